@@ -1,0 +1,69 @@
+"""Compiled kernels whose on-disk cache can never be stale.
+
+Numba's cache looks at the file of the function it compiles and not at the files of the functions which that
+one calls: an edit to the friction law would go unnoticed by a cached step. So the cache lives in a folder
+named after a hash of every source that can stand in a compiled call chain.
+"""
+
+import functools
+import hashlib
+import os
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+from typing import ParamSpec, TypeVar
+
+import numba
+import platformdirs
+
+Arguments = ParamSpec("Arguments")
+Result = TypeVar("Result")
+
+_PACKAGE = Path(__file__).resolve().parents[1]
+KERNEL_SOURCES = (_PACKAGE / "physics", _PACKAGE / "envs", _PACKAGE.parent / "agents")
+
+
+def source_hash(*places: Path) -> str:
+    """Hash every Python file in the given files and folders.
+
+    Args:
+        places: files or folders; a folder stands for all `.py` files below it.
+
+    Returns:
+        16 hexadecimal digits that change whenever one of the sources does.
+    """
+    digest = hashlib.sha256()
+    for place in places:
+        for path in sorted(place.rglob("*.py")) if place.is_dir() else [place]:
+            digest.update(path.name.encode() + b"\0" + path.read_bytes() + b"\0")
+    return digest.hexdigest()[:16]
+
+
+@functools.cache
+def cache_folder() -> Path:
+    """Folder of the compiled code for the sources as they are now.
+
+    `CRAWLER_BENCH_CACHE` moves it; where the user's cache cannot be written, the temporary folder serves.
+    """
+    home = os.environ.get("CRAWLER_BENCH_CACHE") or platformdirs.user_cache_dir("crawler-bench")
+    folder = Path(home) / source_hash(*KERNEL_SOURCES)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        if os.access(folder, os.W_OK):
+            return folder
+    except OSError:
+        pass
+    folder = Path(tempfile.gettempdir()) / f"crawler-bench-{os.getuid()}" / folder.name
+    folder.mkdir(parents=True, exist_ok=True)
+    return folder
+
+
+def kernel(function: Callable[Arguments, Result]) -> Callable[Arguments, Result]:
+    """Compile a function to machine code without the Python interpreter, cached on disk."""
+    previous = numba.config.CACHE_DIR
+    numba.config.CACHE_DIR = str(cache_folder())  # read once, while the decorator below chooses its cache
+    try:
+        compiled: Callable[Arguments, Result] = numba.njit(cache=True, error_model="numpy")(function)
+    finally:
+        numba.config.CACHE_DIR = previous
+    return compiled

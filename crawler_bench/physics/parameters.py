@@ -1,0 +1,120 @@
+"""Every constant of the crawler: Table S1 of Mishra et al. 2020, and the readings of what it leaves open.
+
+Lengths are in units of the segment rest length L, times in the neuronal timescale tau_theta, forces in k L.
+Sources: [M20] Mishra, van Rees & Mahadevan 2020; [P16] Pehlevan, Paoletti & Mahadevan 2016.
+"""
+
+import math
+from dataclasses import dataclass, fields
+from numbers import Integral, Real
+from typing import Any
+
+CHOICES = {
+    "friction_law": ("table", "literal"),
+    "head_muscle": ("reaction", "external", "none"),
+    "spike_phase": ("pi", "2pi"),
+    "observation": ("most_contracted", "most_stretched"),
+}
+
+
+@dataclass(frozen=True, kw_only=True)
+class CrawlerParameters:
+    """The constants of [M20, eq. 1-10], validated; an impossible value raises a ValueError.
+
+    Fields marked "reading" are choices where the paper is silent or contradicts itself; those marked
+    "fitted" are numbers that the paper does not give and that were chosen to tell its story.
+    """
+
+    n_segments: int = 10  # segments N; nodes are 0 (head) to N (tail) [M20, Fig. 1]
+    damping: float = 3.5  # c tau_theta / k [M20, Table S1]
+    tau_m: float = 1.0  # decay time of a spike's drive, tau_theta [M20, Table S1]
+    tau_f: float = 0.7  # relaxation time of the muscle force, tau_theta [fitted; named in eq. 4, not given]
+    muscle_force_max: float = 1.0  # k L [M20, Table S1]
+    friction_forward: float = 0.3  # k L: backward limit / anisotropy = 9 / 30 [M20, Table S1]
+    friction_backward: float = 9.0  # k L [M20, Table S1, "scaled backward frictional force"]
+    friction_law: str = "table"  # reading: "literal" makes 9 the *forward* limit, as eq. 8 prints it
+    head_muscle: str = "reaction"  # reading: does f_0 pull back on node 1 ("reaction") or not ("external")
+    spike_phase: str = "pi"  # reading: eq. 7 spikes at theta = pi, its text at multiples of 2 pi
+    neuron_rate: float = 2.0  # 1 / tau_theta, multiplies eq. 6 [fitted; printed as 1]
+    spike_gain: float = 2.0  # multiplies the sum of eq. 5 [fitted; printed as 1]
+    observation: str = "most_contracted"  # reading: eq. 9's argmin taken literally is "most_stretched"
+    dt: float = 0.01  # integration step, tau_theta [M20, Table S1]
+    decision_interval: float = 0.2  # time between actions, tau_theta [fitted; the paper has 0.01]
+
+    def __post_init__(self) -> None:
+        """Cast every number to its declared type, then check that the model is solvable.
+
+        Raises:
+            ValueError: naming the field, its value and what is allowed.
+        """
+        for field in fields(self):
+            value = getattr(self, field.name)
+            if field.name in CHOICES:
+                _require(value in CHOICES[field.name], field.name, value, _one_of(CHOICES[field.name]))
+            elif field.name == "n_segments":
+                whole = isinstance(value, Integral) and not isinstance(value, bool) and value >= 2
+                _require(whole, field.name, value, "a whole number of at least 2")
+                object.__setattr__(self, field.name, int(value))
+            else:
+                number = isinstance(value, Real) and not isinstance(value, bool)
+                _require(
+                    number and math.isfinite(value) and value > 0,
+                    field.name,
+                    value,
+                    "a finite number above 0",
+                )
+                object.__setattr__(self, field.name, float(value))
+        self._check_neuron_step()
+        self._check_decision_interval()
+        self._check_external_head_muscle()
+
+    def _check_neuron_step(self) -> None:
+        limit = math.pi / (2 * self.neuron_rate)
+        _require(self.dt < limit, "dt", self.dt, f"below pi / (2 neuron_rate) = {limit:.6g}")
+
+    def _check_decision_interval(self) -> None:
+        steps = self.decision_interval / self.dt
+        whole = steps < 2**31 and round(steps) >= 1 and math.isclose(steps, round(steps), rel_tol=1e-9)
+        _require(whole, "decision_interval", self.decision_interval, f"a whole multiple of dt = {self.dt:g}")
+
+    def _check_external_head_muscle(self) -> None:
+        """Without its reaction, f_0 pushes the whole body; friction alone can hold it [M20, eq. 1-2]."""
+        if self.head_muscle == "external":
+            resistance = (self.n_segments + 1) * self.forward_limit
+            _require(
+                resistance > self.muscle_force_max,
+                "friction_forward",
+                self.friction_forward,
+                f"(n_segments + 1) times the forward limit above muscle_force_max = {self.muscle_force_max:g} "
+                "when head_muscle is 'external'",
+            )
+
+    @property
+    def steps_per_decision(self) -> int:
+        """Integration steps in one decision interval."""
+        return round(self.decision_interval / self.dt)
+
+    @property
+    def anisotropy(self) -> float:
+        """Ratio of the backward to the forward friction limit, eta_f [M20, Table S1]."""
+        return self.friction_backward / self.friction_forward
+
+    @property
+    def forward_limit(self) -> float:
+        """Friction on a node that slides forward, k L."""
+        return self.friction_backward if self.friction_law == "literal" else self.friction_forward
+
+    @property
+    def backward_limit(self) -> float:
+        """Magnitude of the friction on a node that slides backward, k L."""
+        scale = self.anisotropy if self.friction_law == "literal" else 1.0
+        return self.friction_backward * scale
+
+
+def _one_of(choices: tuple[str, ...]) -> str:
+    return "one of " + ", ".join(repr(choice) for choice in choices)
+
+
+def _require(condition: bool, name: str, value: Any, allowed: str) -> None:
+    if not condition:
+        raise ValueError(f"{name} = {value!r} is not possible: it must be {allowed}")
