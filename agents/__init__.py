@@ -1,1 +1,53 @@
-"""Learners and reference policies for the crawler."""
+"""Learners and reference policies for the crawler.
+
+An agent is a class with the interface of a Stable-Baselines3 agent: `Agent(env, ..., seed)`, `learn`,
+`predict`, `save` and `load`. It is named by a registered name or, anyone's, as "module:Class".
+"""
+
+from importlib import import_module
+from importlib.metadata import entry_points
+from typing import Any
+
+ENTRY_POINT_GROUP = "crawler_bench.agents"
+
+REGISTRY = {
+    "qlearning": "agents.qlearning:QLearning",
+    "random": "agents.reference:Random",
+    "still": "agents.reference:Still",
+    "wave": "agents.reference:Wave",
+}
+
+
+def registered() -> dict[str, str]:
+    """Every known agent, ours and those of installed packages: name to "module:Class"."""
+    return REGISTRY | {point.name: point.value for point in entry_points(group=ENTRY_POINT_GROUP)}
+
+
+def agent_spec(name: str) -> str:
+    """Turn the name of an agent into its "module:Class"; a "module:Class" stays as it is.
+
+    Raises:
+        ValueError: if no agent has that name.
+    """
+    known = registered()
+    if name not in known and ":" not in name:
+        raise ValueError(f"no agent is called {name!r}; there are {', '.join(known)}, or name your own module:Class")
+    return known.get(name, name)
+
+
+def agent_class(name: str) -> Any:
+    """Import the class of an agent.
+
+    Raises:
+        ValueError: if it cannot be found.
+    """
+    module, _, attribute = agent_spec(name).partition(":")
+    try:
+        return getattr(import_module(module), attribute)
+    except (ImportError, AttributeError, ValueError) as error:
+        raise ValueError(f"agent {name!r} cannot be imported: {error}") from None
+
+
+def make_agent(name: str, env: Any, seed: int | None = None, **settings: Any) -> Any:
+    """Build an agent for an environment; settings go to its class."""
+    return agent_class(name)(env, seed=seed, **settings)

@@ -114,12 +114,12 @@ def _correct(
 @kernel
 def _holding_force(g: NDArray[np.float64], v: NDArray[np.float64], stiffness: float, i: int) -> float:
     """Friction that it takes to hold the stuck node i."""
-    pull = 0.0
+    pull: float = 0.0
     if i > 0:
         pull += v[i - 1]
     if i < g.size - 1:
         pull += v[i + 1]
-    return g[i] + stiffness * pull
+    return float(g[i] + stiffness * pull)
 
 
 @kernel

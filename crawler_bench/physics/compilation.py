@@ -11,13 +11,15 @@ import os
 import tempfile
 from collections.abc import Callable
 from pathlib import Path
-from typing import ParamSpec, TypeVar
+from typing import Any, ParamSpec, TypeVar
 
 import numba
 import platformdirs
 
 Arguments = ParamSpec("Arguments")
 Result = TypeVar("Result")
+
+config: Any = numba.config  # a module that numba fills while it is imported
 
 _PACKAGE = Path(__file__).resolve().parents[1]
 KERNEL_SOURCES = (_PACKAGE / "physics", _PACKAGE / "envs", _PACKAGE.parent / "agents")
@@ -60,10 +62,10 @@ def cache_folder() -> Path:
 
 def kernel(function: Callable[Arguments, Result]) -> Callable[Arguments, Result]:
     """Compile a function to machine code without the Python interpreter, cached on disk."""
-    previous = numba.config.CACHE_DIR
-    numba.config.CACHE_DIR = str(cache_folder())  # read once, while the decorator below chooses its cache
+    previous = config.CACHE_DIR
+    config.CACHE_DIR = str(cache_folder())  # read once, while the decorator below chooses its cache
     try:
         compiled: Callable[Arguments, Result] = numba.njit(cache=True, error_model="numpy")(function)
     finally:
-        numba.config.CACHE_DIR = previous
+        config.CACHE_DIR = previous
     return compiled

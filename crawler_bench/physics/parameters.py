@@ -85,8 +85,8 @@ class CrawlerParameters:
                 resistance > self.muscle_force_max,
                 "friction_forward",
                 self.friction_forward,
-                f"(n_segments + 1) times the forward limit above muscle_force_max = {self.muscle_force_max:g} "
-                "when head_muscle is 'external'",
+                f"(n_segments + 1) times the forward limit above muscle_force_max = "
+                f"{self.muscle_force_max:g} when head_muscle is 'external'",
             )
 
     @property

@@ -1,0 +1,1 @@
+"""The crawler as a Gymnasium environment."""

@@ -1,0 +1,231 @@
+"""The crawler as a Gymnasium environment."""
+
+import math
+from typing import Any, ClassVar
+
+import gymnasium as gym
+import numpy as np
+from numpy.typing import NDArray
+
+from crawler_bench.envs import transition as kernels
+from crawler_bench.envs.transition import EPISODE_DECISIONS, LIFETIME_DECISIONS, LIFETIME_DISTANCE
+from crawler_bench.physics.crawler import (
+    DISPLACEMENT,
+    FORCE,
+    VELOCITY,
+    centroid,
+    net_muscle_force,
+    strain_gradient,
+)
+from crawler_bench.physics.parameters import CrawlerParameters
+
+Info = dict[str, Any]
+
+
+class CrawlerEnv(gym.Env[np.int64, np.int64]):
+    """A soft-bodied crawler that learns to coordinate its segments.
+
+    ## Description
+
+    The neuromechanical model of a *Drosophila* larva of Mishra, van Rees & Mahadevan 2020 ("Coordinated
+    crawling via reinforcement learning", [M20]): N viscoelastic segments in a row on ground that holds them
+    back with less friction forward than backward, each contracted by a muscle that one spiking neuron drives.
+    The task is to crawl forward. Lengths are in units of the segment length L, times in the neuronal timescale
+    tau_theta, forces in k L (k: stiffness of a segment). The constants, and the readings of what the paper
+    leaves open, are `CrawlerParameters`.
+
+    ## Action space
+
+    `Discrete(N)`: the one neuron that is ON during the decision interval [M20, eq. 10].
+
+    | action         | neurons ON                   | what contracts                               |
+    |----------------|------------------------------|----------------------------------------------|
+    | 0              | 0 (head) and N (tail)        | segment N; muscle 0 pushes the head forward  |
+    | a = 1 .. N - 1 | a                            | segment a, counted from 1 at the head        |
+
+    ## Observation space
+
+    `Discrete(N)`: the index, from 0 at the head to N - 1 at the tail, of the most contracted segment
+    [M20, eq. 9]; ties, as in the undeformed body, are broken at random. Observation o means segment o + 1, so
+    the paper's nearest-neighbour wiring is the policy action = observation. With `noise` = s, every strain is
+    sensed with an error that is uniform in [-s, s].
+
+    ## Reward
+
+    Displacement of the centroid during the decision interval (L), minus `regularization` times the largest
+    |u_{i+1} - 2 u_i + u_{i-1}| at its end [M20, eq. 11].
+
+    ## Starting state
+
+    The undeformed body at rest: no strain, no force, silent neurons.
+
+    ## Episode end
+
+    Crawling is a continuing task, so both ends are truncations and a learner bootstraps through them.
+
+    | `info["end"]` | flag       | when                                                    |
+    |---------------|------------|---------------------------------------------------------|
+    | `"distance"`  | truncation | the centroid has advanced by `episode_distance`         |
+    | `"time"`      | truncation | `time_limit` has passed                                 |
+    | `None`        | -          | the episode goes on                                     |
+
+    ## Info
+
+    Noise-free physics, after `reset` and `step` alike; arrays are the caller's to keep.
+
+    | key               | shape    | unit           | what                                             |
+    |-------------------|----------|----------------|--------------------------------------------------|
+    | `time`            | float    | tau_theta      | since the start of the episode                   |
+    | `centroid`        | float    | L              | displacement of the centroid since the start     |
+    | `displacement`    | float    | L              | of the centroid during this decision             |
+    | `strain_gradient` | float    | -              | largest second difference of u, r_2 of eq. 11    |
+    | `strain`          | (N,)     | -              | u_i - u_{i-1}, contraction positive              |
+    | `muscle_force`    | (N + 1,) | k L            | f_0 .. f_N                                       |
+    | `node_velocity`   | (N + 1,) | L/tau_theta    | du/dt, forward positive                          |
+    | `power`           | (N + 1,) | k L^2/tau_theta| net muscle force on a node times its speed       |
+    | `end`             | str/None | -              | how the episode ended, see above                 |
+
+    ## Arguments
+
+    * `parameters`: `CrawlerParameters`, default the readings that `CrawlerParameters()` documents.
+    * `regularization`: epsilon of eq. 11, at least 0, default 0.01.
+    * `noise`: s, at least 0, default 0.
+    * `episode_distance`: L, above 0 (infinity allowed), default 2.
+    * `time_limit`: tau_theta, above 0 (infinity allowed), default 1000.
+    * `render_mode`: `None`, `"rgb_array"` or `"human"`.
+
+    ## Version History
+
+    * v0: first version.
+    """
+
+    metadata: ClassVar[dict[str, Any]] = {"render_modes": ["human", "rgb_array"], "render_fps": 25}
+
+    def __init__(
+        self,
+        parameters: CrawlerParameters | None = None,
+        regularization: float = 0.01,
+        noise: float = 0.0,
+        episode_distance: float = 2.0,
+        time_limit: float = 1000.0,
+        render_mode: str | None = None,
+    ) -> None:
+        _require_at_least_zero("regularization", regularization)
+        _require_at_least_zero("noise", noise)
+        _require_positive("episode_distance", episode_distance)
+        _require_positive("time_limit", time_limit)
+        if render_mode is not None and render_mode not in self.metadata["render_modes"]:
+            raise ValueError(
+                f"render_mode = {render_mode!r} is not possible: it must be None, 'human' or 'rgb_array'"
+            )
+        if not isinstance(parameters, CrawlerParameters | None):
+            raise TypeError(f"parameters must be a CrawlerParameters, not {type(parameters).__name__}")
+        self.parameters = parameters or CrawlerParameters()
+        self.render_mode = render_mode
+        self.task = kernels.make_task(self.parameters, regularization, noise, episode_distance, time_limit)
+        self.coefficients = kernels.make_coefficients(self.parameters)
+        self.memory = kernels.make_memory(self.parameters.n_segments)
+        self.observation_space = gym.spaces.Discrete(self.parameters.n_segments)
+        self.action_space = gym.spaces.Discrete(self.parameters.n_segments)
+        self._renderer: Any = None
+
+    def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, Info]:
+        """Put the crawler to rest and observe it; `options` has no meaning here."""
+        super().reset(seed=seed)
+        observation = kernels.begin(self.memory, self.task, self.coefficients, self.np_random)
+        if self.render_mode == "human":
+            self.render()
+        return observation, self._info(0.0, 0.0, kernels.RUNNING)
+
+    def step(self, action: Any) -> tuple[Any, float, bool, bool, Info]:
+        """Hold one neuron ON for a decision interval.
+
+        Raises:
+            ValueError: if the action is not a neuron, 0 to N - 1.
+        """
+        if not self.action_space.contains(action):
+            raise ValueError(
+                f"action {action!r} is not possible: it must be a whole number from 0 to {self.action_space.n - 1}"
+            )
+        observation, reward, displacement, gradient, end = kernels.transition(
+            self.memory, int(action), self.task, self.coefficients, self.np_random
+        )
+        if self.render_mode == "human":
+            self.render()
+        return observation, reward, False, end != kernels.RUNNING, self._info(displacement, gradient, end)
+
+    def _info(self, displacement: float, gradient: float, end: int) -> Info:
+        state = self.memory.state
+        force, velocity = state[FORCE].copy(), state[VELOCITY].copy()
+        net_force = np.empty_like(force)
+        net_muscle_force(force, net_force, self.coefficients)
+        return {
+            "time": float(self.memory.odometer[EPISODE_DECISIONS]) * self.parameters.decision_interval,
+            "centroid": centroid(state[DISPLACEMENT]),
+            "displacement": displacement,
+            "strain_gradient": gradient,
+            "strain": self.memory.strain.copy(),
+            "muscle_force": force,
+            "node_velocity": velocity,
+            "power": np.abs(net_force * velocity),
+            "end": kernels.END_NAMES[end],
+        }
+
+    @property
+    def lifetime(self) -> tuple[float, float]:
+        """Time (tau_theta) and distance (L) crawled in all episodes so far."""
+        odometer = self.memory.odometer
+        time = odometer[LIFETIME_DECISIONS] * self.parameters.decision_interval
+        return float(time), float(odometer[LIFETIME_DISTANCE])
+
+    def get_state(self) -> dict[str, Any]:
+        """Everything that decides the future, as plain values that JSON can hold exactly."""
+        return {
+            "state": self.memory.state.tolist(),
+            "odometer": self.memory.odometer.tolist(),
+            "generator": self.np_random.bit_generator.state,
+        }
+
+    def set_state(self, snapshot: dict[str, Any]) -> None:
+        """Go on from what `get_state` gave, in this or another process."""
+        self.memory.state[:] = snapshot["state"]
+        self.memory.odometer[:] = snapshot["odometer"]
+        self.memory.strain[:] = np.diff(self.memory.state[DISPLACEMENT])
+        self.np_random.bit_generator.state = snapshot["generator"]
+
+    def render(self) -> NDArray[np.uint8] | None:  # type: ignore[override]
+        """Draw the body, each segment coloured by its contraction.
+
+        Returns:
+            A picture of shape (height, width, 3) in mode "rgb_array", else None.
+        """
+        if self.render_mode is None:
+            gym.logger.warn('render() needs a render mode: gym.make(..., render_mode="rgb_array")')
+            return None
+        from crawler_bench.envs.rendering import draw_crawler, show
+
+        time = float(self.memory.odometer[EPISODE_DECISIONS]) * self.parameters.decision_interval
+        picture = draw_crawler(self.memory.state[DISPLACEMENT], time)
+        if self.render_mode == "rgb_array":
+            return picture
+        self._renderer = show(picture, self._renderer, self.metadata["render_fps"])
+        return None
+
+    def close(self) -> None:
+        """Close the window, if there is one."""
+        if self._renderer is not None:
+            self._renderer.close()
+            self._renderer = None
+
+    def __getstate__(self) -> dict[str, Any]:
+        return self.__dict__ | {"_renderer": None}
+
+
+def _require_at_least_zero(name: str, value: float) -> None:
+    if not (math.isfinite(value) and value >= 0):
+        raise ValueError(f"{name} = {value!r} is not possible: it must be a finite number of at least 0")
+
+
+def _require_positive(name: str, value: float) -> None:
+    if not value > 0:
+        raise ValueError(f"{name} = {value!r} is not possible: it must be a number above 0")
