@@ -136,8 +136,8 @@ def _crawl(
                 (start, stop),
                 u,
                 dense_output=True,
-                rtol=1e-6,
-                atol=1e-7,
+                rtol=1e-8,
+                atol=1e-9,
             ).sol
         )
         u = pieces[-1](stop)

@@ -1,0 +1,1 @@
+"""The comparison: rollouts, gait metrics, statistics, claims, tables, figures."""

@@ -1,0 +1,124 @@
+"""Measure a trained policy, frozen: from several starts, and under several amplitudes of noise."""
+
+import time
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from crawler_bench.bench import metrics, store
+from crawler_bench.bench.rollout import Record, action_table, rollout
+from crawler_bench.bench.training import agent_file, load_class, make_env
+from crawler_bench.config import EvaluationConfig, RunConfig
+
+
+@dataclass(frozen=True)
+class Evaluation:
+    """What is known of one trained policy.
+
+    Attributes:
+        table: (N, N) probability of each action at each observation.
+        starts: a row for each noise amplitude and start: noise, start, speed, stalled and, without noise, the
+            metrics of the gait.
+        cycles: a row for each cycle: start, cycle, duration.
+        nodes: a row for each start and node: power_peak, power_duration.
+        gait: record of the first start that does not stall (of the first, where all do), settled.
+    """
+
+    table: NDArray[np.float64]
+    starts: pd.DataFrame
+    cycles: pd.DataFrame
+    nodes: pd.DataFrame
+    gait: Record
+
+
+def evaluate(folder: Path, config: EvaluationConfig | None = None) -> Path:
+    """Evaluate a trained run, unless it has been done.
+
+    Args:
+        folder: the run.
+        config: how; by default as the run's own configuration says.
+
+    Returns:
+        The folder of the evaluation, inside the run's.
+    """
+    run, _seed = store.read_run(folder)
+    config = config or run.evaluation
+    place = folder / f"evaluation-{store.evaluation_key(config)}"
+    if (place / store.MANIFEST).is_file():
+        return place
+    started = time.time()
+    agent = load_class(run.agent).load(agent_file(folder), env=make_env(run))
+    table = action_table(agent, run.parameters.n_segments)
+    evaluation = measure(run, table, config)
+    with store.publish(place) as draft:
+        np.savetxt(draft / "table.csv", evaluation.table, delimiter=",", fmt="%.17g")
+        for name in ("starts", "cycles", "nodes"):
+            getattr(evaluation, name).to_csv(draft / f"{name}.csv", index=False)
+        np.savez_compressed(draft / "gait.npz", **vars(evaluation.gait))
+        store.write_manifest(draft, started)
+    return place
+
+
+def read_evaluation(place: Path) -> Evaluation:
+    """Read what `evaluate` wrote."""
+    frames = [pd.read_csv(place / f"{name}.csv") for name in ("starts", "cycles", "nodes")]
+    with np.load(place / "gait.npz") as arrays:
+        gait = Record(**arrays)
+    return Evaluation(np.loadtxt(place / "table.csv", delimiter=",", ndmin=2), *frames, gait)
+
+
+def measure(run: RunConfig, table: NDArray[np.float64], config: EvaluationConfig) -> Evaluation:
+    """Roll a policy out from every start under every noise, and take its measure."""
+    rows, cycles, nodes, gaits = [], [], [], []
+    for noise in config.noise:
+        for start in range(config.starts):
+            record = rollout(
+                run.parameters,
+                table,
+                warm_up=config.warm_up,
+                duration=config.duration,
+                noise=noise,
+                seeds=np.random.SeedSequence([config.seed, start]),
+            )
+            stalled = metrics.stalls(record)
+            row: dict[str, Any] = {"noise": noise, "start": start, "speed": metrics.speed(record), "stalled": stalled}
+            if noise == config.noise[0]:
+                gait = record.after(config.settle)
+                wave = metrics.wave(gait)
+                row |= describe(gait, wave)
+                cycles += [(start, i, duration) for i, duration in enumerate(wave.durations)]
+                peaks, durations = metrics.power_peaks(gait), metrics.power_durations(gait)
+                nodes += [(start, j, peaks[j], durations[j]) for j in range(peaks.size)]
+                gaits.append((stalled, start, gait))
+            rows.append(row)
+    return Evaluation(
+        table,
+        pd.DataFrame(rows),
+        pd.DataFrame(cycles, columns=["start", "cycle", "duration"]),
+        pd.DataFrame(nodes, columns=["start", "node", "power_peak", "power_duration"]),
+        min(gaits, key=lambda gait: gait[:2])[2],
+    )
+
+
+def describe(gait: Record, wave: metrics.Wave) -> dict[str, Any]:
+    """The metrics of one settled gait, one value each."""
+    return {
+        "wave_order": wave.order,
+        "cycles": len(wave.durations),
+        "cycle_duration": float(wave.durations.mean()) if len(wave.durations) else float("nan"),
+        "peak_contraction": metrics.peak_contraction(gait),
+        "strain_range": metrics.strain_range(gait),
+        "strain_gradient": metrics.strain_gradient(gait),
+        "contracted_segments": metrics.contracted_segments(gait),
+        "unused_muscles": len(metrics.unused_muscles(gait)),
+        "visited_observations": len(metrics.visited_observations(gait)),
+        "pairs_together": metrics.pairs_together(gait),
+        "power_peak_unevenness": metrics.unevenness(metrics.power_peaks(gait)),
+        "power_duration_unevenness": metrics.unevenness(metrics.power_durations(gait)),
+        "power_periodicity": metrics.power_periodicity(metrics.power_by_phase(gait, wave.boundaries)),
+        "power_per_distance": metrics.power_per_distance(gait),
+    }

@@ -1,0 +1,153 @@
+"""Let a fixed policy crawl, and record what the body does.
+
+A policy without memory, on N observations, is a table of N x N action probabilities whoever learned it; so
+every agent is rolled out by one compiled loop.
+"""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from crawler_bench.envs.transition import Memory, Task, begin, make_coefficients, make_memory, make_task, transition
+from crawler_bench.physics.compilation import kernel
+from crawler_bench.physics.crawler import DISPLACEMENT, FORCE, VELOCITY, Coefficients, net_muscle_force
+from crawler_bench.physics.parameters import CrawlerParameters
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Record:
+    """What a crawler did, sampled at the ends of T decisions; sample 0 is the state before the first.
+
+    Attributes:
+        time: (T + 1,) tau_theta, from 0.
+        displacement: (T + 1, N + 1) u of each node, L.
+        velocity: (T + 1, N + 1) du/dt, L / tau_theta.
+        force: (T + 1, N + 1) muscle forces, k L.
+        power: (T + 1, N + 1) net muscle force on a node times its speed, k L^2 / tau_theta [M20, eq. 13].
+        action: (T,) the neuron that was ON during each decision.
+    """
+
+    time: Array
+    displacement: Array
+    velocity: Array
+    force: Array
+    power: Array
+    action: NDArray[np.int64]
+
+    @property
+    def strain(self) -> Array:
+        """(T + 1, N) strain of each segment, contraction positive."""
+        return np.diff(self.displacement, axis=1)
+
+    @property
+    def centroid(self) -> Array:
+        """(T + 1,) displacement of the centroid, L."""
+        return self.displacement.mean(axis=1)
+
+    @property
+    def n_segments(self) -> int:
+        """Number of segments N."""
+        return self.displacement.shape[1] - 1
+
+    def after(self, time: float) -> "Record":
+        """The part of the record from a time on."""
+        first = int(np.searchsorted(self.time, time * (1 - 1e-12)))
+        return Record(
+            self.time[first:], self.displacement[first:], self.velocity[first:], self.force[first:],
+            self.power[first:], self.action[first:],
+        )  # fmt: skip
+
+
+def action_table(agent: Any, n_segments: int) -> Array:
+    """The whole policy of an agent: (N, N) probabilities of each action at each observation.
+
+    Args:
+        agent: anything with `predict`; a stochastic one tells its `action_probabilities` as well.
+        n_segments: N.
+    """
+    stochastic = getattr(agent, "action_probabilities", None)
+    if stochastic is not None:
+        return np.array(stochastic, dtype=np.float64)
+    actions, _ = agent.predict(np.arange(n_segments), deterministic=True)
+    return np.eye(n_segments)[np.asarray(actions, dtype=np.int64)]
+
+
+def rollout(
+    parameters: CrawlerParameters,
+    table: Array,
+    *,
+    warm_up: float,
+    duration: float,
+    noise: float,
+    seeds: np.random.SeedSequence,
+) -> Record:
+    """Crawl with random action for a while, then with a policy, and record the latter.
+
+    Args:
+        parameters: the crawler.
+        table: (N, N) action probabilities at each observation.
+        warm_up: time of random action before the record, tau_theta; 0 starts from the undeformed body.
+        duration: time of the policy, tau_theta.
+        noise: largest error of a sensed strain.
+        seeds: of the warm-up, the noise and the policy's draws; the same seeds give every policy the same
+            start and the same errors.
+    """
+    start_rng, noise_rng, policy_rng = (np.random.default_rng(seed) for seed in seeds.spawn(3))
+    n = parameters.n_segments
+    memory, k = make_memory(n), make_coefficients(parameters)
+    begin(memory, make_task(parameters), k, start_rng)
+    uniform = np.cumsum(np.full((n, n), 1.0 / n), axis=1)
+    settle = round(warm_up / parameters.decision_interval)
+    observation = _crawl(
+        memory, 0, uniform, make_task(parameters), k, start_rng, start_rng, *_pages(settle, n)
+    )
+    steps = round(duration / parameters.decision_interval)
+    samples, actions = _pages(steps, n)
+    task = make_task(parameters, noise=noise)
+    _crawl(memory, observation, np.cumsum(table, axis=1), task, k, noise_rng, policy_rng, samples, actions)
+    time = np.arange(steps + 1) * parameters.decision_interval
+    return Record(time, samples[:, 0], samples[:, 1], samples[:, 2], samples[:, 3], actions)
+
+
+def _pages(steps: int, n: int) -> tuple[Array, NDArray[np.int64]]:
+    return np.empty((steps + 1, 4, n + 1)), np.empty(steps, dtype=np.int64)
+
+
+@kernel
+def _crawl(
+    memory: Memory,
+    observation: int,
+    cumulative: Array,
+    task: Task,
+    k: Coefficients,
+    noise_rng: np.random.Generator,
+    policy_rng: np.random.Generator,
+    samples: Array,
+    actions: NDArray[np.int64],
+) -> int:
+    """Follow a table of cumulative action probabilities; fill `samples` and `actions`."""
+    _sample(memory, samples[0], k)
+    for t in range(actions.size):
+        row = cumulative[observation]
+        drawn, action = policy_rng.random() * row[-1], 0
+        while row[action] <= drawn:
+            action += 1
+        observation, _, _, _, _ = transition(memory, action, task, k, noise_rng)
+        actions[t] = action
+        _sample(memory, samples[t + 1], k)
+    return observation
+
+
+@kernel
+def _sample(memory: Memory, page: Array, k: Coefficients) -> None:
+    """Write displacement, velocity, force and power of every node."""
+    page[0] = memory.state[DISPLACEMENT]
+    page[1] = memory.state[VELOCITY]
+    page[2] = memory.state[FORCE]
+    net_muscle_force(page[2], page[3], k)
+    for j in range(page.shape[1]):
+        page[3, j] = abs(page[3, j] * page[1, j])

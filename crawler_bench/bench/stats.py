@@ -1,0 +1,149 @@
+"""Statistics over independent training runs: interquartile means, bootstrap intervals, shares, crossovers."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy import stats
+
+Array = NDArray[np.float64]
+
+CONFIDENCE = 0.95
+RESAMPLES = 9999
+_SEED = 20201122  # of every bootstrap: the same data give the same interval
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """A number with its interval.
+
+    Attributes:
+        value: the estimate.
+        low: lower end of the 95 % interval.
+        high: upper end.
+        n: number of independent runs behind it.
+    """
+
+    value: float
+    low: float
+    high: float
+    n: int
+
+    @property
+    def degenerate(self) -> bool:
+        """Whether all runs gave the same, so that an interval means nothing."""
+        return self.low == self.high
+
+    def scaled(self, factor: float) -> "Estimate":
+        """The same in other units; a negative factor turns the interval round."""
+        low, high = sorted((self.low * factor, self.high * factor))
+        return Estimate(self.value * factor, low, high, self.n)
+
+
+def interquartile_mean(values: Array, axis: int = -1) -> Any:
+    """Mean of the middle half of the values."""
+    return stats.trim_mean(values, 0.25, axis=axis)
+
+
+def estimate(
+    values: ArrayLike, statistic: Callable[..., Any] = interquartile_mean, confidence: float = CONFIDENCE
+) -> Estimate:
+    """Interquartile mean over runs (or another statistic) with its bootstrap BCa interval.
+
+    Missing values (NaN) are left out and not counted in n. Where all values are equal, or the interval is
+    undefined for another reason, it closes on the value and `degenerate` says so.
+    """
+    known = np.asarray(values, dtype=np.float64)
+    known = known[np.isfinite(known)]
+    if known.size == 0:
+        return Estimate(float("nan"), float("nan"), float("nan"), 0)
+    value = float(statistic(known, axis=-1))
+    if known.size == 1 or np.ptp(known) == 0:
+        return Estimate(value, value, value, known.size)
+    low, high = _interval((known,), statistic, confidence)
+    return Estimate(value, low, high, known.size)
+
+
+def _interval(data: tuple[Array, ...], statistic: Callable[..., Any], confidence: float) -> tuple[float, float]:
+    """BCa interval; percentiles where the acceleration is undefined (the jackknife does not vary)."""
+    bootstrap = partial(
+        stats.bootstrap, data, statistic, paired=len(data) > 1, n_resamples=RESAMPLES,
+        confidence_level=confidence, vectorized=True,
+    )  # fmt: skip
+    with np.errstate(all="ignore"):
+        import warnings
+
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", stats.DegenerateDataWarning)
+            interval = bootstrap(method="BCa", rng=np.random.default_rng(_SEED)).confidence_interval
+            if not np.isfinite([interval.low, interval.high]).all():
+                interval = bootstrap(method="percentile", rng=np.random.default_rng(_SEED)).confidence_interval
+    return float(interval.low), float(interval.high)
+
+
+def share(outcomes: ArrayLike) -> Estimate:
+    """Share of runs with an outcome, with its Wilson interval."""
+    happened = np.asarray(outcomes, dtype=bool)
+    if happened.size == 0:
+        return Estimate(float("nan"), float("nan"), float("nan"), 0)
+    interval = stats.binomtest(int(happened.sum()), happened.size).proportion_ci(CONFIDENCE, method="wilson")
+    return Estimate(float(happened.mean()), float(interval.low), float(interval.high), happened.size)
+
+
+def paired_difference(first: ArrayLike, second: ArrayLike) -> Estimate:
+    """Interquartile mean of first - second over paired runs, with its interval."""
+    return estimate(np.asarray(first, dtype=np.float64) - np.asarray(second, dtype=np.float64))
+
+
+def relative_excess(first: ArrayLike, second: ArrayLike) -> Estimate:
+    """By how much, relatively, the interquartile mean of `first` exceeds that of `second`, over paired runs."""
+    a, b = np.asarray(first, dtype=np.float64), np.asarray(second, dtype=np.float64)
+    known = np.isfinite(a) & np.isfinite(b)
+    a, b = a[known], b[known]
+
+    def excess(x: Array, y: Array, axis: int = -1) -> Any:
+        return interquartile_mean(x, axis) / interquartile_mean(y, axis) - 1
+
+    if a.size == 0:
+        return Estimate(float("nan"), float("nan"), float("nan"), 0)
+    value = float(excess(a, b))
+    if a.size == 1 or (np.ptp(a) == 0 and np.ptp(b) == 0):
+        return Estimate(value, value, value, a.size)
+    low, high = _interval((a, b), excess, CONFIDENCE)
+    return Estimate(value, low, high, a.size)
+
+
+def first_crossing(x: Array, difference: Array) -> float:
+    """Where a difference, given at increasing x, first turns from negative to positive; NaN if it never does."""
+    for i in range(1, x.size):
+        if difference[i - 1] < 0 <= difference[i]:
+            weight = -difference[i - 1] / (difference[i] - difference[i - 1])
+            return float(x[i - 1] + weight * (x[i] - x[i - 1]))
+    return float("nan")
+
+
+def crossover(x: ArrayLike, rising: ArrayLike, falling: ArrayLike) -> tuple[Estimate, float]:
+    """Where one curve overtakes another, both measured in the same runs.
+
+    Args:
+        x: (K,) increasing.
+        rising: (runs, K) the curve that starts lower.
+        falling: (runs, K) the curve that starts higher, from the paired runs.
+
+    Returns:
+        The crossing of the mean curves with the bootstrap interval of those resamples that cross, and the
+        share of resamples that do.
+    """
+    at = np.asarray(x, dtype=np.float64)
+    difference = np.asarray(rising, dtype=np.float64) - np.asarray(falling, dtype=np.float64)
+    rng = np.random.default_rng(_SEED)
+    resamples = rng.integers(len(difference), size=(RESAMPLES // 5, len(difference)))
+    crossings = np.array([first_crossing(at, difference[chosen].mean(axis=0)) for chosen in resamples])
+    found = crossings[np.isfinite(crossings)]
+    value = first_crossing(at, difference.mean(axis=0))
+    tail = (1 - CONFIDENCE) / 2
+    low, high = np.quantile(found, [tail, 1 - tail]) if found.size else (np.nan, np.nan)
+    return Estimate(value, float(low), float(high), len(difference)), float(found.size / crossings.size)

@@ -1,0 +1,169 @@
+"""Many runs in parallel processes: resumable, with progress, no failure unseen."""
+
+import os
+import traceback
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import pandas as pd
+from joblib import Parallel, delayed
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+
+from crawler_bench.bench import metrics, store
+from crawler_bench.bench.evaluation import Evaluation, evaluate, read_evaluation
+from crawler_bench.bench.training import train
+from crawler_bench.config import RunConfig
+
+
+@dataclass(frozen=True)
+class Cell:
+    """One run of a sweep.
+
+    Attributes:
+        experiment: name of the experiment that it belongs to.
+        config: the run.
+        seed: its seed.
+    """
+
+    experiment: str
+    config: RunConfig
+    seed: int
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What became of a cell.
+
+    Attributes:
+        cell: the cell.
+        folder: its run folder; None if it failed.
+        evaluation: folder of its evaluation; None if it failed.
+        error: the last line of what went wrong, empty if nothing did.
+        log: the whole traceback.
+    """
+
+    cell: Cell
+    folder: Path | None
+    evaluation: Path | None
+    error: str = ""
+    log: str = ""
+
+
+def run_cell(cell: Cell, root: Path) -> Outcome:
+    """Train and evaluate one cell, or find that it is done; errors are returned, not raised."""
+    try:
+        folder = train(cell.config, cell.seed, root)
+        return Outcome(cell, folder, evaluate(folder, cell.config.evaluation))
+    except Exception as error:
+        return Outcome(cell, None, None, f"{type(error).__name__}: {error}", traceback.format_exc())
+
+
+def run_cells(cells: Sequence[Cell], root: Path, *, jobs: int = 0, quiet: bool = False) -> list[Outcome]:
+    """Run cells in parallel processes.
+
+    Args:
+        cells: what to run; finished ones are only looked up.
+        root: folder of run folders.
+        jobs: number of processes; 0 means one a core.
+        quiet: say nothing.
+
+    Returns:
+        One outcome a cell, in their order.
+    """
+    store.sweep_drafts(root)
+    console = Console(stderr=True, quiet=quiet)
+    outcomes: dict[int, Outcome] = {}
+    workers = Parallel(n_jobs=jobs or os.cpu_count() or 1, return_as="generator_unordered")
+    tasks = (delayed(_numbered)(number, cell, root) for number, cell in enumerate(cells))
+    with _progress(console) as progress:
+        bar = progress.add_task("runs", total=len(cells))
+        for number, outcome in workers(tasks):
+            outcomes[number] = outcome
+            progress.advance(bar)
+            _say(console, outcome, len(outcomes), len(cells))
+    return [outcomes[number] for number in range(len(cells))]
+
+
+def _numbered(number: int, cell: Cell, root: Path) -> tuple[int, Outcome]:
+    return number, run_cell(cell, root)
+
+
+def _progress(console: Console) -> Progress:
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
+    left = (TextColumn("left"), TimeRemainingColumn())
+    return Progress(*columns, *left, console=console, disable=not console.is_terminal, transient=True)
+
+
+def _say(console: Console, outcome: Outcome, done: int, total: int) -> None:
+    """A plain line for every cell where there is no terminal; on one, the bar tells, but for failures."""
+    name = f"{outcome.cell.experiment} seed {outcome.cell.seed}"
+    if outcome.error:
+        console.print(f"FAILED {name}: {outcome.error}", style="red", markup=False)
+    elif not console.is_terminal and outcome.folder is not None:
+        console.print(f"[{done}/{total}] {name}: {outcome.folder.name}", markup=False, soft_wrap=True)
+
+
+def read_outcomes(outcomes: Sequence[Outcome]) -> tuple[pd.DataFrame, pd.DataFrame, pd.DataFrame]:
+    """Collect what finished cells measured, keyed by experiment, agent, regularization and seed.
+
+    Returns:
+        runs, a row a run; evaluations, a row a run, noise and start; cycles, a row a cycle.
+    """
+    runs, evaluations, cycles = [], [], []
+    for outcome in outcomes:
+        if outcome.folder is None or outcome.evaluation is None:
+            continue
+        key = {
+            "experiment": outcome.cell.experiment,
+            "agent": outcome.cell.config.agent.rpartition(":")[2].lower(),
+            "regularization": outcome.cell.config.environment.regularization,
+            "seed": outcome.cell.seed,
+        }
+        evaluation = read_evaluation(outcome.evaluation)
+        learning = pd.read_csv(outcome.folder / "learning.csv")
+        runs.append(key | summarize(evaluation, learning) | {"run": outcome.folder.name})
+        evaluations.append(evaluation.starts.assign(**key))
+        cycles.append(evaluation.cycles.assign(**key))
+    frames = [pd.DataFrame(runs), *(pd.concat(each) if each else pd.DataFrame() for each in (evaluations, cycles))]
+    keys = ["experiment", "agent", "regularization", "seed"]
+    for frame in frames[1:]:
+        frame.insert(0, "seed", frame.pop("seed"))
+        for name in reversed(keys[:-1]):
+            frame.insert(0, name, frame.pop(name))
+    return frames[0], frames[1], frames[2]
+
+
+def summarize(evaluation: Evaluation, learning: pd.DataFrame) -> dict[str, object]:
+    """One run in one row: gait metrics are means over the starts that move, speeds as their names say."""
+    starts = evaluation.starts
+    quiet = starts[starts["noise"] == starts["noise"].iloc[0]]
+    moving = quiet[~quiet["stalled"].astype(bool)]
+    policy = evaluation.table.argmax(axis=1)
+    settings = ["noise", "start", "speed", "stalled", "cycle_duration", "cycles"]
+    durations = evaluation.cycles["duration"]
+    row: dict[str, object] = {
+        "policy": "".join(f"{action:x}" if evaluation.table[o, action] == 1 else "*" for o, action in enumerate(policy)),
+        "diagonal_distance": metrics.diagonal_distance(policy),
+        "speed": quiet["speed"].mean(),
+        "speed_median": quiet["speed"].median(),
+        "speed_moving": moving["speed"].mean(),
+        "stall_share": quiet["stalled"].astype(float).mean(),
+        "speed_learning": _learning_speed(learning, 0.0),
+        "speed_learning_end": _learning_speed(learning, 0.9),
+        "cycles": len(durations),
+        "cycle_duration": durations.mean(),
+        "waves_per_tau": 1 / durations.mean() if len(durations) else float("nan"),
+    }
+    return row | moving.drop(columns=settings).mean().to_dict()
+
+
+def _learning_speed(learning: pd.DataFrame, since: float) -> float:
+    """Speed while learning, from a share of the run to its end; NaN for an agent that does not learn."""
+    if len(learning) < 2:
+        return float("nan")
+    start = learning.iloc[int(since * len(learning))] if since else pd.Series({"time": 0.0, "distance": 0.0})
+    end = learning.iloc[-1]
+    elapsed = end["time"] - start["time"]
+    return float((end["distance"] - start["distance"]) / elapsed) if elapsed > 0 else float("nan")

@@ -1,0 +1,106 @@
+"""Train one agent once, and keep everything that is needed to understand it."""
+
+import time
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+import pandas as pd
+
+import crawler_bench
+from crawler_bench.bench import store
+from crawler_bench.config import RunConfig
+
+CURVE_INTERVAL = 1000  # decisions between two points of the learning curve
+SNAPSHOTS = 80  # of the table of values, along the run
+
+
+def load_class(spec: str) -> Any:
+    """The class that a "module:Class" string names.
+
+    Raises:
+        ValueError: if there is no such class.
+    """
+    module, _, name = spec.partition(":")
+    try:
+        return getattr(import_module(module), name)
+    except (ImportError, AttributeError, ValueError) as error:
+        raise ValueError(f"agent {spec!r} cannot be imported: {error}") from None
+
+
+def make_env(config: RunConfig) -> gym.Env[Any, Any]:
+    """The environment that a run learns in."""
+    arguments = dict(config.environment)
+    return gym.make(crawler_bench.ENV_ID, parameters=config.parameters, **arguments)
+
+
+def agent_file(folder: Path) -> Path:
+    """The saved agent of a run; Stable-Baselines3 puts .zip behind the name."""
+    saved = sorted(folder.glob("agent*"))
+    return saved[0] if saved else folder / "agent.json"
+
+
+def train(config: RunConfig, seed: int, root: Path, progress_bar: bool = False) -> Path:
+    """Train a run, unless it is there already.
+
+    Args:
+        config: the run; its agent is a "module:Class" string.
+        seed: of agent and environment.
+        root: folder of run folders.
+        progress_bar: show one.
+
+    Returns:
+        The run's folder: config.yaml, command.txt, manifest.json, learning.csv, the saved agent and, for an
+        agent with a table of values, snapshots.npz (decisions, and the table at each).
+    """
+    folder = store.run_folder(root, config, seed)
+    if store.is_run(folder):
+        return folder
+    started = time.time()
+    env = make_env(config)
+    agent = load_class(config.agent)(env, seed=seed, **config.settings)
+    recorder = LearningRecorder(env, config.decisions)
+    agent.learn(config.decisions, callback=recorder, progress_bar=progress_bar)
+    with store.publish(folder) as draft:
+        store.write_config(draft, config, seed)
+        store.write_command(draft)
+        agent.save(draft / "agent.json")
+        recorder.curve().to_csv(draft / "learning.csv", index=False)
+        if recorder.snapshots:
+            decisions, tables = zip(*recorder.snapshots, strict=True)
+            np.savez_compressed(draft / "snapshots.npz", decisions=decisions, q_table=np.array(tables))
+        store.write_manifest(draft, started, seed=seed, agent=config.agent)
+    return folder
+
+
+class LearningRecorder:
+    """A callback that keeps the learning curve: how far the crawler has come, and what it believes.
+
+    Works with our agents, which call it now and then, and with Stable-Baselines3's, which call it at every
+    decision.
+    """
+
+    def __init__(self, env: gym.Env[Any, Any], decisions: int) -> None:
+        self._crawler: Any = env.unwrapped
+        self._rows: list[tuple[int, float, float, str]] = []
+        self.snapshots: list[tuple[int, np.ndarray[Any, Any]]] = []
+        self._snapshot_interval = max(CURVE_INTERVAL, decisions // SNAPSHOTS)
+
+    def __call__(self, local: dict[str, Any], _global: dict[str, Any]) -> bool:
+        """Record, if it is time; never stops the learning."""
+        agent = local["self"]
+        done = agent.num_timesteps
+        if done % CURVE_INTERVAL and self._rows and done - self._rows[-1][0] < CURVE_INTERVAL:
+            return True
+        table = getattr(agent, "q_table", None)
+        policy = "" if table is None else "".join(np.base_repr(a, 36) for a in table.argmax(axis=1))
+        self._rows.append((done, *self._crawler.lifetime, policy))
+        if table is not None and (not self.snapshots or done - self.snapshots[-1][0] >= self._snapshot_interval):
+            self.snapshots.append((done, table.copy()))
+        return True
+
+    def curve(self) -> pd.DataFrame:
+        """One row every so many decisions: decisions, time, distance, policy (one digit an observation)."""
+        return pd.DataFrame(self._rows, columns=["decisions", "time", "distance", "policy"])

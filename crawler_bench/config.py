@@ -1,0 +1,185 @@
+"""Experiments as data: YAML over typed defaults, checked key by key.
+
+A `RunConfig` and a seed decide one training run and its evaluation; an `Experiment` is a family of runs.
+"""
+
+import difflib
+import itertools
+import re
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import yaml
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from crawler_bench.physics.parameters import CrawlerParameters
+
+
+class ConfigError(ValueError):
+    """A configuration that cannot be used, said in one line."""
+
+
+class _Model(BaseModel):
+    model_config = ConfigDict(frozen=True, extra="forbid", validate_default=True)
+
+
+class EnvironmentConfig(_Model):
+    """The task: arguments of `CrawlerEnv` beside the parameters."""
+
+    regularization: float = Field(0.01, ge=0, allow_inf_nan=False)  # epsilon of [M20, eq. 11]
+    noise: float = Field(0.0, ge=0, allow_inf_nan=False)  # s, while learning
+    episode_distance: float = Field(2.0, gt=0)  # L [chosen; "a fixed distance"]
+    time_limit: float = Field(1000.0, gt=0)  # tau_theta [chosen]
+
+
+class EvaluationConfig(_Model):
+    """How a trained policy is measured: frozen, from several starts, at several amplitudes of noise."""
+
+    starts: int = Field(12, ge=1)
+    warm_up: float = Field(100.0, ge=0, allow_inf_nan=False)  # tau_theta of random action before each start
+    duration: float = Field(400.0, gt=0, allow_inf_nan=False)  # tau_theta of the policy
+    settle: float = Field(100.0, ge=0, allow_inf_nan=False)  # tau_theta of it that gait metrics leave out
+    noise: tuple[float, ...] = (0.0, 0.025, 0.05, 0.1, 0.15, 0.2, 0.3, 0.4)  # amplitudes s; the first is 0
+    seed: int = Field(2020, ge=0)  # of starts and noise: the same for every policy
+
+
+class RunConfig(_Model):
+    """Everything but the seed that decides one training run and its evaluation."""
+
+    agent: str = "qlearning"
+    settings: dict[str, Any] = {}  # of the agent's class
+    decisions: int = Field(800_000, ge=0)
+    environment: EnvironmentConfig = EnvironmentConfig()
+    parameters: CrawlerParameters = CrawlerParameters()
+    evaluation: EvaluationConfig = EvaluationConfig()
+
+
+class Experiment(_Model):
+    """A run repeated over seeds and, if there is a grid, over every combination of its values."""
+
+    name: str
+    run: RunConfig = RunConfig()
+    seeds: int = Field(10, ge=1)
+    first_seed: int = Field(0, ge=0)
+    grid: dict[str, tuple[Any, ...]] = {}  # dotted key: values
+
+    def runs(self) -> Iterator[tuple[RunConfig, int]]:
+        """Every run of the experiment, with its seed."""
+        for values in itertools.product(*self.grid.values()):
+            run = override(self.run, dict(zip(self.grid, values, strict=True)), self.name)
+            for seed in range(self.first_seed, self.first_seed + self.seeds):
+                yield run, seed
+
+
+class _Loader(yaml.SafeLoader):
+    """YAML 1.1, but 1e-4 is a number."""
+
+
+_Loader.add_implicit_resolver(
+    "tag:yaml.org,2002:float", re.compile(r"^[-+]?(\d+\.?\d*|\.\d+)[eE][-+]?\d+$"), list("-+.0123456789")
+)
+
+
+def load_experiment(path: Path, overrides: Mapping[str, Any] | None = None) -> Experiment:
+    """Read an experiment from YAML, with `--set` overrides on top.
+
+    Raises:
+        ConfigError: naming the file, the key and what is allowed or was probably meant.
+    """
+    try:
+        content = yaml.load(path.read_text(), _Loader)
+    except OSError as error:
+        raise ConfigError(f"{path} cannot be read ({error.strerror}); configurations are YAML files") from None
+    except (yaml.YAMLError, UnicodeDecodeError) as error:
+        raise ConfigError(f"{path} is not YAML: {' '.join(str(error).split())}") from None
+    content = {} if content is None else content
+    if not isinstance(content, dict):
+        raise ConfigError(f"{path} must hold a mapping of keys to values, not a {type(content).__name__}")
+    own = {key: content.pop(key) for key in ("seeds", "first_seed", "grid") if key in content}
+    experiment = _build(Experiment, {"name": path.stem, "run": content} | own, str(path))
+    return apply(experiment, overrides or {}, "--set")
+
+
+def apply(experiment: Experiment, overrides: Mapping[str, Any], where: str) -> Experiment:
+    """Override the run of an experiment."""
+    return experiment.model_copy(update={"run": override(experiment.run, overrides, where)})
+
+
+def parse_assignments(assignments: list[str]) -> dict[str, Any]:
+    """Turn `key=value` words into a mapping; values are read as YAML."""
+    parsed = {}
+    for word in assignments:
+        key, equals, value = word.partition("=")
+        if not equals or not key:
+            raise ConfigError(f"--set {word!r} is not of the form key=value")
+        try:
+            parsed[key.strip()] = yaml.load(value, _Loader)
+        except yaml.YAMLError:
+            raise ConfigError(f"--set {word!r}: the value is not YAML") from None
+    return parsed
+
+
+def override(run: RunConfig, overrides: Mapping[str, Any], where: str) -> RunConfig:
+    """Replace single values by dotted key; a bare key that only one section has stands for the dotted one."""
+    content = to_mapping(run)
+    for key, value in overrides.items():
+        *sections, last = _full_key(content, key, where).split(".")
+        target = content
+        for section in sections:
+            target = target[section]
+        target[last] = value
+    return _build(RunConfig, content, where)
+
+
+def to_mapping(model: BaseModel) -> dict[str, Any]:
+    """Plain nested values, as YAML and JSON hold them."""
+    mapping: dict[str, Any] = model.model_dump(mode="json")
+    return mapping
+
+
+def to_yaml(model: BaseModel) -> str:
+    """The resolved configuration, every default written out."""
+    return yaml.safe_dump(to_mapping(model), sort_keys=False)
+
+
+def _full_key(content: dict[str, Any], key: str, where: str) -> str:
+    if key.startswith("settings.") and key.count(".") == 1:
+        return key  # the agent's class knows its settings
+    keys = [name for name in content if name != "settings"]
+    dotted = [f"{section}.{name}" for section in keys if isinstance(content[section], dict) for name in content[section]]
+    matches = [full for full in [*keys, *dotted] if key in (full, full.partition(".")[2])]
+    if len(matches) == 1:
+        return matches[0]
+    if matches:
+        raise ConfigError(f"{where}: {key!r} is ambiguous; write {' or '.join(matches)}")
+    names = [*keys, *dotted, *(full.partition(".")[2] for full in dotted)]
+    raise ConfigError(f"{where}: unknown key {key!r}{_nearest(key, names)}")
+
+
+def _nearest(key: str, names: list[str]) -> str:
+    close = difflib.get_close_matches(key, names, n=1, cutoff=0.5)
+    return f"; did you mean {close[0]!r}?" if close else f"; known are {', '.join(names)}"
+
+
+def _build(model: type[Any], content: Mapping[str, Any], where: str) -> Any:
+    try:
+        return model.model_validate(content)
+    except ValidationError as error:
+        first = error.errors(include_url=False)[0]
+        place = [str(part) for part in first["loc"] if part != "run"]
+        if first["type"] in ("extra_forbidden", "unexpected_keyword_argument"):
+            names = _names_at(first["loc"][:-1], model)
+            raise ConfigError(f"{where}: unknown key {'.'.join(place)!r}{_nearest(place[-1], names)}") from None
+        message = first["msg"].removeprefix("Value error, ")
+        given = "" if isinstance(first["input"], dict) else f" (given: {first['input']!r})"
+        raise ConfigError(f"{where}: {': '.join(filter(None, ['.'.join(place), message]))}{given}") from None
+
+
+def _names_at(place: tuple[int | str, ...], model: Any) -> list[str]:
+    """Names of the keys that a section has."""
+    for part in place:
+        if part == "CrawlerParameters":
+            continue
+        model = model.model_fields[part].annotation
+    return list(model.model_fields if hasattr(model, "model_fields") else model.__dataclass_fields__)
