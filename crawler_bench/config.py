@@ -5,13 +5,14 @@ A `RunConfig` and a seed decide one training run and its evaluation; an `Experim
 
 import difflib
 import itertools
+import math
 import re
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import yaml
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, field_validator, model_validator
 
 from crawler_bench.physics.parameters import CrawlerParameters
 
@@ -43,6 +44,19 @@ class EvaluationConfig(_Model):
     noise: tuple[float, ...] = (0.0, 0.025, 0.05, 0.1, 0.15, 0.2, 0.3, 0.4)  # amplitudes s; the first is 0
     seed: int = Field(2020, ge=0)  # of starts and noise: the same for every policy
 
+    @field_validator("noise")
+    @classmethod
+    def _starts_without_noise(cls, noise: tuple[float, ...]) -> tuple[float, ...]:
+        if not noise or noise[0] != 0 or any(not a < b < math.inf for a, b in itertools.pairwise(noise)):
+            raise ValueError("noise amplitudes start with 0 and increase")
+        return noise
+
+    @model_validator(mode="after")
+    def _leaves_something_to_measure(self) -> "EvaluationConfig":
+        if self.settle >= self.duration:
+            raise ValueError("settle must be shorter than duration")
+        return self
+
 
 class RunConfig(_Model):
     """Everything but the seed that decides one training run and its evaluation."""
@@ -55,20 +69,43 @@ class RunConfig(_Model):
     evaluation: EvaluationConfig = EvaluationConfig()
 
 
+def parse_seeds(value: Any) -> Any:
+    """Read seeds: a number of them (from 0), a range "100-109", or a list "3,5,8".
+
+    Raises:
+        ValueError: if it is none of these.
+    """
+    if isinstance(value, str) and value.strip().isdigit():
+        value = int(value)
+    if isinstance(value, int) and not isinstance(value, bool) and value >= 1:
+        return tuple(range(value))
+    if isinstance(value, str):
+        span = re.fullmatch(r"\s*(\d+)\s*-\s*(\d+)\s*", value)
+        if span and int(span[1]) <= int(span[2]):
+            return tuple(range(int(span[1]), int(span[2]) + 1))
+        if re.fullmatch(r"\s*\d+(\s*,\s*\d+)*\s*,?\s*", value):
+            return tuple(int(word) for word in value.split(",") if word.strip())
+    if isinstance(value, list | tuple) and value and all(isinstance(seed, int) and seed >= 0 for seed in value):
+        return tuple(value)
+    raise ValueError("seeds are a number of them above 0, a range like 100-109, or a list like 3,5,8")
+
+
+Seeds = Annotated[tuple[int, ...], BeforeValidator(parse_seeds)]
+
+
 class Experiment(_Model):
     """A run repeated over seeds and, if there is a grid, over every combination of its values."""
 
     name: str
     run: RunConfig = RunConfig()
-    seeds: int = Field(10, ge=1)
-    first_seed: int = Field(0, ge=0)
+    seeds: Seeds = tuple(range(10))
     grid: dict[str, tuple[Any, ...]] = {}  # dotted key: values
 
     def runs(self) -> Iterator[tuple[RunConfig, int]]:
         """Every run of the experiment, with its seed."""
         for values in itertools.product(*self.grid.values()):
             run = override(self.run, dict(zip(self.grid, values, strict=True)), self.name)
-            for seed in range(self.first_seed, self.first_seed + self.seeds):
+            for seed in self.seeds:
                 yield run, seed
 
 
@@ -79,6 +116,13 @@ class _Loader(yaml.SafeLoader):
 _Loader.add_implicit_resolver(
     "tag:yaml.org,2002:float", re.compile(r"^[-+]?(\d+\.?\d*|\.\d+)[eE][-+]?\d+$"), list("-+.0123456789")
 )
+
+
+def config_folder() -> Path:
+    """Folder of the configurations that come with the project: the checkout's, else the installed copy."""
+    package = Path(__file__).resolve().parent
+    checkout = package.parent / "configs"
+    return checkout if checkout.is_dir() else package / "configs"
 
 
 def load_experiment(path: Path, overrides: Mapping[str, Any] | None = None) -> Experiment:
@@ -96,7 +140,7 @@ def load_experiment(path: Path, overrides: Mapping[str, Any] | None = None) -> E
     content = {} if content is None else content
     if not isinstance(content, dict):
         raise ConfigError(f"{path} must hold a mapping of keys to values, not a {type(content).__name__}")
-    own = {key: content.pop(key) for key in ("seeds", "first_seed", "grid") if key in content}
+    own = {key: content.pop(key) for key in ("seeds", "grid") if key in content}
     experiment = _build(Experiment, {"name": path.stem, "run": content} | own, str(path))
     return apply(experiment, overrides or {}, "--set")
 

@@ -45,7 +45,7 @@ def evaluate(folder: Path, config: EvaluationConfig | None = None) -> Path:
     Returns:
         The folder of the evaluation, inside the run's.
     """
-    run, _seed = store.read_run(folder)
+    run, seed = store.read_run(folder)
     config = config or run.evaluation
     place = folder / f"evaluation-{store.evaluation_key(config)}"
     if (place / store.MANIFEST).is_file():
@@ -53,7 +53,7 @@ def evaluate(folder: Path, config: EvaluationConfig | None = None) -> Path:
     started = time.time()
     agent = load_class(run.agent).load(agent_file(folder), env=make_env(run))
     table = action_table(agent, run.parameters.n_segments)
-    evaluation = measure(run, table, config)
+    evaluation = measure(run, seed, table, config)
     with store.publish(place) as draft:
         np.savetxt(draft / "table.csv", evaluation.table, delimiter=",", fmt="%.17g")
         for name in ("starts", "cycles", "nodes"):
@@ -71,7 +71,7 @@ def read_evaluation(place: Path) -> Evaluation:
     return Evaluation(np.loadtxt(place / "table.csv", delimiter=",", ndmin=2), *frames, gait)
 
 
-def measure(run: RunConfig, table: NDArray[np.float64], config: EvaluationConfig) -> Evaluation:
+def measure(run: RunConfig, seed: int, table: NDArray[np.float64], config: EvaluationConfig) -> Evaluation:
     """Roll a policy out from every start under every noise, and take its measure."""
     rows, cycles, nodes, gaits = [], [], [], []
     for noise in config.noise:
@@ -82,7 +82,8 @@ def measure(run: RunConfig, table: NDArray[np.float64], config: EvaluationConfig
                 warm_up=config.warm_up,
                 duration=config.duration,
                 noise=noise,
-                seeds=np.random.SeedSequence([config.seed, start]),
+                start=(config.seed, start),
+                policy_seed=seed,
             )
             stalled = metrics.stalls(record)
             row: dict[str, Any] = {"noise": noise, "start": start, "speed": metrics.speed(record), "stalled": stalled}

@@ -73,7 +73,7 @@ def wave(record: Record) -> Wave:
     half = n // 2
     travelled = int(np.abs((index[:-1] - index[1:] + half) % n - half).sum())
     progress = np.cumsum(towards_head)
-    order = float(progress[-1] / ZONES * n / travelled) if travelled else 0.0
+    order = float(np.clip(progress[-1] / ZONES * n / travelled, -1, 1)) if travelled else 0.0
     if abs(order) < ORDERLY:
         return Wave(order, np.empty(0))
     # A passage begins where the wave leaves one end of the body for the other: so many zones from the start.
@@ -149,9 +149,10 @@ def power_by_phase(record: Record, boundaries: Array) -> Array:
 def power_periodicity(phased: Array) -> float:
     """Mean correlation of one cycle's power profile (all nodes) with the next one's; NaN below 2 cycles."""
     correlations = []
-    for one, other in pairwise(phased.reshape(len(phased), -1)):
+    for one, other in pairwise(phased):
         known = np.isfinite(one) & np.isfinite(other)
-        correlations.append(np.corrcoef(one[known], other[known])[0, 1])
+        if one[known].std() > 0 and other[known].std() > 0:
+            correlations.append(np.corrcoef(one[known], other[known])[0, 1])
     return float(np.mean(correlations)) if correlations else float("nan")
 
 
@@ -181,3 +182,14 @@ def power_per_distance(record: Record) -> float:
 def diagonal_distance(policy: NDArray[np.int64]) -> int:
     """Number of observations at which a policy differs from nearest-neighbour wiring, action = observation."""
     return int((policy != np.arange(policy.size)).sum())
+
+
+def policy_text(table: Array) -> str:
+    """A policy in short: the action for each observation in turn, one digit each (0-9a-z), * where it draws.
+
+    With more than 36 segments the actions are joined by hyphens.
+    """
+    actions = table.argmax(axis=1).tolist()
+    words = [np.base_repr(action, 36).lower() if len(actions) <= 36 else str(action) for action in actions]
+    sure = table.max(axis=1) == 1
+    return ("" if len(actions) <= 36 else "-").join(word if known else "*" for word, known in zip(words, sure, strict=True))

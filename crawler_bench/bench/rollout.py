@@ -83,7 +83,8 @@ def rollout(
     warm_up: float,
     duration: float,
     noise: float,
-    seeds: np.random.SeedSequence,
+    start: tuple[int, ...],
+    policy_seed: int = 0,
 ) -> Record:
     """Crawl with random action for a while, then with a policy, and record the latter.
 
@@ -93,10 +94,13 @@ def rollout(
         warm_up: time of random action before the record, tau_theta; 0 starts from the undeformed body.
         duration: time of the policy, tau_theta.
         noise: largest error of a sensed strain.
-        seeds: of the warm-up, the noise and the policy's draws; the same seeds give every policy the same
-            start and the same errors.
+        start: seed of the warm-up and of the noise; the same for every policy that is compared, so that all
+            meet the same starts and the same errors.
+        policy_seed: seed of the draws of a stochastic policy.
     """
-    start_rng, noise_rng, policy_rng = (np.random.default_rng(seed) for seed in seeds.spawn(3))
+    seeds = np.random.SeedSequence(start)
+    start_rng, noise_rng = (np.random.default_rng(seed) for seed in seeds.spawn(2))
+    policy_rng = np.random.default_rng([policy_seed, *start])
     n = parameters.n_segments
     memory, k = make_memory(n), make_coefficients(parameters)
     begin(memory, make_task(parameters), k, start_rng)

@@ -124,15 +124,11 @@ def read_outcomes(outcomes: Sequence[Outcome]) -> tuple[pd.DataFrame, pd.DataFra
         evaluation = read_evaluation(outcome.evaluation)
         learning = pd.read_csv(outcome.folder / "learning.csv")
         runs.append(key | summarize(evaluation, learning) | {"run": outcome.folder.name})
-        evaluations.append(evaluation.starts.assign(**key))
-        cycles.append(evaluation.cycles.assign(**key))
-    frames = [pd.DataFrame(runs), *(pd.concat(each) if each else pd.DataFrame() for each in (evaluations, cycles))]
-    keys = ["experiment", "agent", "regularization", "seed"]
-    for frame in frames[1:]:
-        frame.insert(0, "seed", frame.pop("seed"))
-        for name in reversed(keys[:-1]):
-            frame.insert(0, name, frame.pop(name))
-    return frames[0], frames[1], frames[2]
+        for frames, frame in ((evaluations, evaluation.starts), (cycles, evaluation.cycles)):
+            frames.append(pd.DataFrame(key, index=frame.index).join(frame))
+    if not runs:
+        return pd.DataFrame(), pd.DataFrame(), pd.DataFrame()
+    return pd.DataFrame(runs), pd.concat(evaluations, ignore_index=True), pd.concat(cycles, ignore_index=True)
 
 
 def summarize(evaluation: Evaluation, learning: pd.DataFrame) -> dict[str, object]:
@@ -144,7 +140,8 @@ def summarize(evaluation: Evaluation, learning: pd.DataFrame) -> dict[str, objec
     settings = ["noise", "start", "speed", "stalled", "cycle_duration", "cycles"]
     durations = evaluation.cycles["duration"]
     row: dict[str, object] = {
-        "policy": "".join(f"{action:x}" if evaluation.table[o, action] == 1 else "*" for o, action in enumerate(policy)),
+        "policy": metrics.policy_text(evaluation.table),
+        "observations": len(policy),
         "diagonal_distance": metrics.diagonal_distance(policy),
         "speed": quiet["speed"].mean(),
         "speed_median": quiet["speed"].median(),

@@ -11,6 +11,7 @@ import pandas as pd
 
 import crawler_bench
 from crawler_bench.bench import store
+from crawler_bench.bench.metrics import policy_text
 from crawler_bench.config import RunConfig
 
 CURVE_INTERVAL = 1000  # decisions between two points of the learning curve
@@ -95,7 +96,7 @@ class LearningRecorder:
         if done % CURVE_INTERVAL and self._rows and done - self._rows[-1][0] < CURVE_INTERVAL:
             return True
         table = getattr(agent, "q_table", None)
-        policy = "" if table is None else "".join(np.base_repr(a, 36) for a in table.argmax(axis=1))
+        policy = "" if table is None else policy_text(np.eye(table.shape[1])[table.argmax(axis=1)])
         self._rows.append((done, *self._crawler.lifetime, policy))
         if table is not None and (not self.snapshots or done - self.snapshots[-1][0] >= self._snapshot_interval):
             self.snapshots.append((done, table.copy()))

@@ -1,0 +1,178 @@
+"""The paper, reproduced: its experiments, claims, figures and videos."""
+
+import json
+import shutil
+import time
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from crawler_bench.bench import animation, figures, metrics, store, tables
+from crawler_bench.bench.claims import CLAIMS, Claim, Results, judge_claims, noise_crossover
+from crawler_bench.bench.evaluation import Evaluation, read_evaluation
+from crawler_bench.bench.rollout import Record, rollout
+from crawler_bench.bench.sweep import Cell, Outcome, read_outcomes, run_cells
+from crawler_bench.bench.training import agent_file
+from crawler_bench.config import Experiment
+
+GAITS = ("regularized", "unregularized")
+EXPERIMENTS = (*GAITS, "untrained", "alpha_gamma")
+KEY = ["experiment", "seed"]
+
+
+@dataclass(frozen=True)
+class Reproduction:
+    """Everything that was measured for the paper.
+
+    Attributes:
+        outcomes: one per run.
+        runs: a row a run.
+        evaluations: a row a run, noise and start.
+        cycles: a row a cycle.
+    """
+
+    outcomes: list[Outcome]
+    runs: pd.DataFrame
+    evaluations: pd.DataFrame
+    cycles: pd.DataFrame
+
+    @property
+    def failures(self) -> list[Outcome]:
+        """Runs that did not finish."""
+        return [outcome for outcome in self.outcomes if outcome.error]
+
+    def claims(self, claims: tuple[Claim, ...] = CLAIMS, options: str = "") -> pd.DataFrame:
+        """The claims held against the runs."""
+        return judge_claims(Results(self.runs, self.evaluations), claims, options)
+
+
+def reproduce(experiments: Iterable[Experiment], runs_root: Path, *, jobs: int, quiet: bool) -> Reproduction:
+    """Run the experiments that are not finished yet, and collect all.
+
+    Raises:
+        RuntimeError: if no run at all succeeded.
+    """
+    cells = [
+        Cell(experiment.name, config, seed)
+        for experiment in experiments
+        for config, seed in experiment.runs()
+    ]
+    outcomes = run_cells(cells, runs_root, jobs=jobs, quiet=quiet)
+    if all(outcome.error for outcome in outcomes):
+        raise RuntimeError(f"all {len(outcomes)} runs failed; the first: {outcomes[0].error}")
+    return Reproduction(outcomes, *read_outcomes(outcomes))
+
+
+def write_results(found: Reproduction, folder: Path, *, options: str, say: Callable[[str], None]) -> pd.DataFrame:
+    """Write results/paper/: claims, runs, figures, animations, trained tables, manifest.
+
+    Args:
+        found: what was measured.
+        folder: where to.
+        options: what to put behind the commands in the claims table, to name the same preset.
+        say: told what is being made.
+
+    Returns:
+        The claims.
+    """
+    started = time.time()
+    folder.mkdir(parents=True, exist_ok=True)
+    claims = found.claims(options=options)
+    tables.write_csv(claims, folder / "claims.csv")
+    (folder / "claims.md").write_text(f"{tables.verdict_counts(claims)}\n\n{tables.claims_table(claims)}\n")
+    order = ["experiment", "regularization", "seed"]
+    tables.write_csv(found.runs.sort_values(order, kind="stable"), folder / "runs.csv")
+    tables.write_csv(found.evaluations, folder / "evaluations.csv")
+    tables.write_csv(found.cycles, folder / "cycles.csv")
+    _write_policies(found, folder / "policies")
+    say("drawing the figures")
+    for name, figure in _figures(found).items():
+        figures.save(figure, folder, name)
+    for gait in GAITS:
+        say(f"filming the {gait} gait")
+        record = representative(found, gait)[1].gait
+        for suffix in (".gif", ".mp4"):
+            animation.animate(record, folder / f"{gait}{suffix}", f"{gait} gait")
+    store.write_command(folder)
+    store.write_manifest(folder, started, runs=[outcome.folder.name for outcome in found.outcomes if outcome.folder])
+    return claims
+
+
+def _write_policies(found: Reproduction, folder: Path) -> None:
+    """Copy the trained tables, without the generators that only a resumed training needs."""
+    if folder.exists():
+        shutil.rmtree(folder)
+    folder.mkdir()
+    for outcome in found.outcomes:
+        if outcome.folder is not None and outcome.cell.experiment in GAITS:
+            content = json.loads(agent_file(outcome.folder).read_text())
+            name = f"{outcome.cell.experiment}-seed{outcome.cell.seed:02d}.json"
+            kept = {key: content[key] for key in content if key not in ("generators", "environment", "observation")}
+            (folder / name).write_text(json.dumps(kept, indent=1) + "\n")
+
+
+def representative(found: Reproduction, experiment: str) -> tuple[Outcome, Evaluation]:
+    """The run to show for an experiment: the median one by speed among those that share the commonest policy."""
+    runs = found.runs[found.runs["experiment"] == experiment]
+    commonest = runs[runs["policy"] == runs["policy"].mode().iloc[0]].sort_values(["speed", "seed"])
+    seed = int(commonest.iloc[(len(commonest) - 1) // 2]["seed"])
+    for outcome in found.outcomes:
+        if outcome.cell.experiment == experiment and outcome.cell.seed == seed and outcome.evaluation is not None:
+            return outcome, read_evaluation(outcome.evaluation)
+    raise LookupError(f"no finished run of {experiment}")
+
+
+def _figures(found: Reproduction) -> dict[str, figures.Figure]:
+    """All figures by file name."""
+    shown = {gait: representative(found, gait) for gait in GAITS}
+    gaits = {gait: evaluation.gait for gait, (_, evaluation) in shown.items()}
+    crossing, _ = noise_crossover(Results(found.runs, found.evaluations))
+    snapshots = {gait: _snapshots(outcome) for gait, (outcome, _) in shown.items()}
+    return {
+        "fig_1a": figures.fig_1a(),
+        "fig_2a": figures.gait(gaits["regularized"], "Regularized gait"),
+        "fig_2b": figures.gait(gaits["unregularized"], "Unregularized gait"),
+        "fig_2c": figures.policies(
+            {gait: evaluation.table for gait, (_, evaluation) in shown.items()},
+            {gait: metrics.visited_observations(record) for gait, record in gaits.items()},
+        ),
+        "fig_3a": figures.power_by_phase({
+            gait: metrics.power_by_phase(record, metrics.wave(record).boundaries) for gait, record in gaits.items()
+        }),
+        "fig_3b": figures.cycle_durations(found.cycles[found.cycles["experiment"].isin(GAITS)]),
+        "fig_3c": figures.speed_against_noise(
+            found.evaluations[found.evaluations["experiment"].isin((*GAITS, "untrained"))],
+            (crossing.value, crossing.low, crossing.high),
+        ),
+        "fig_s1": figures.untrained(_untrained_record(found)),
+        "fig_learning": figures.learning(snapshots, _distances(found)),
+    }  # fmt: skip
+
+
+def _untrained_record(found: Reproduction) -> Record:
+    """The untrained crawler from its undeformed state: all actions equally likely."""
+    cell = next(outcome.cell for outcome in found.outcomes if outcome.cell.experiment == "untrained")
+    n = cell.config.parameters.n_segments
+    table = np.full((n, n), 1 / n)
+    return rollout(cell.config.parameters, table, warm_up=0, duration=120, noise=0, start=(cell.seed,))
+
+
+def _snapshots(outcome: Outcome) -> tuple[np.ndarray, np.ndarray]:
+    assert outcome.folder is not None
+    with np.load(outcome.folder / "snapshots.npz") as arrays:
+        return arrays["decisions"], arrays["q_table"]
+
+
+def _distances(found: Reproduction) -> pd.DataFrame:
+    """Distance of the greedy policy to nearest-neighbour wiring through every run."""
+    frames = []
+    for outcome in found.outcomes:
+        if outcome.folder is not None and outcome.cell.experiment in GAITS:
+            decisions, q = _snapshots(outcome)
+            distance = [metrics.diagonal_distance(table.argmax(axis=1)) for table in q]
+            key = dict(zip(KEY, (outcome.cell.experiment, outcome.cell.seed), strict=True))
+            frames.append(pd.DataFrame({**key, "decisions": decisions, "diagonal_distance": distance}))
+    return pd.concat(frames, ignore_index=True)

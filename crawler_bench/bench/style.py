@@ -1,0 +1,125 @@
+"""The look of all figures: colours, panels, colour bars, and how a figure becomes a file."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.colorbar import Colorbar
+from matplotlib.colors import LinearSegmentedColormap, Normalize
+from matplotlib.figure import Figure
+from matplotlib.image import AxesImage
+from numpy.typing import NDArray
+
+from crawler_bench.envs.rendering import CONTRACTION_LIMIT, CONTRACTION_SCALE
+
+Array = NDArray[np.float64]
+
+RED, BLUE, GREY = "#c0392b", "#2166ac", "#7f7f7f"
+GREEN, LIGHT_GREEN = "#00734d", "#a8dbc5"
+INK = "#333333"
+EXPERIMENT_COLOURS = {"regularized": RED, "unregularized": BLUE, "untrained": GREY}
+
+# Contraction in red, as the animated crawler has it; muscle forces in pink.
+CONTRACTION = LinearSegmentedColormap.from_list("contraction", np.array(CONTRACTION_SCALE) / 255)
+FORCE = LinearSegmentedColormap.from_list("force", ["#ffffff", "#fbc5dc", "#e7559c", "#a0056e", "#49006a"])
+NODES = LinearSegmentedColormap.from_list("nodes", mpl.colormaps["viridis"](np.linspace(0, 0.92, 64)))
+
+TIME_LABEL = r"time ($\tau_\theta$)"
+STRAIN_LABEL = "strain, contraction positive"
+FORCE_LABEL = r"muscle force ($k\,L$)"
+
+_SALT = "crawler-bench"  # of the identifiers inside an SVG: the same figure gives the same bytes
+
+
+def new_figure(width: float, height: float, title: str = "") -> Figure:
+    """An empty figure of a size in inches; its parts find their own room."""
+    figure = Figure(figsize=(width, height), layout="constrained")
+    if title:
+        figure.suptitle(title, fontsize=12, fontweight="bold", color=INK)
+    return figure
+
+
+def save(figure: Figure, folder: Path, name: str) -> None:
+    """Write name.png (150 dpi) and name.svg; the same figure gives the same bytes.
+
+    Args:
+        figure: what one of the functions of `crawler_bench.bench.figures` returned.
+        folder: where; made if missing.
+        name: of the files, without suffix.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    with mpl.rc_context({"svg.hashsalt": _SALT}):
+        figure.savefig(folder / f"{name}.png", dpi=150)
+        figure.savefig(folder / f"{name}.svg", metadata={"Date": None})
+
+
+def tidy(axes: Axes, title: str = "", letter: str = "") -> None:
+    """Take away the frame's upper and right side, and head the panel."""
+    axes.spines[["top", "right"]].set_visible(False)
+    heading(axes, title, letter)
+
+
+def heading(axes: Axes, title: str, letter: str = "") -> None:
+    """A bold letter and a title above a panel, flush left."""
+    bold = rf"$\bf{{{letter}}}$   " if letter else ""
+    axes.set_title(bold + title, loc="left", fontsize=10, color=INK)
+
+
+def show_missing(axes: Axes, text: str) -> None:
+    """Say in the middle of a panel why it is empty."""
+    axes.text(0.5, 0.5, text, transform=axes.transAxes, ha="center", va="center", color=INK, style="italic")
+
+
+def kymograph(
+    axes: Axes, time: Array, values: Array, cmap: LinearSegmentedColormap, limits: tuple[float, float], first: int
+) -> AxesImage:
+    """Values along the body (head on top) against time.
+
+    Args:
+        axes: where.
+        time: (T,) evenly spaced, tau_theta.
+        values: (T, P).
+        cmap: colours.
+        limits: values at the ends of the colours.
+        first: number of the part of the body at the head: segments count from 1, muscles from 0.
+    """
+    parts = values.shape[1]
+    step = (time[-1] - time[0]) / max(time.size - 1, 1) or 1.0
+    extent = (time[0] - step / 2, time[-1] + step / 2, first + parts - 0.5, first - 0.5)
+    image = axes.imshow(
+        values.T, aspect="auto", cmap=cmap, norm=Normalize(*limits), extent=extent, interpolation="nearest"
+    )
+    axes.set_yticks(part_ticks(parts, first))
+    return image
+
+
+def strain_kymograph(axes: Axes, time: Array, strain: Array) -> AxesImage:
+    """Strain (T, N) of every segment against time, in the colours of contraction."""
+    image = kymograph(axes, time, strain, CONTRACTION, (-CONTRACTION_LIMIT, CONTRACTION_LIMIT), 1)
+    axes.set_ylabel("segment (1: head)")
+    return image
+
+
+def force_kymograph(axes: Axes, time: Array, force: Array) -> AxesImage:
+    """Force (T, N + 1) of every muscle against time, k L."""
+    image = kymograph(axes, time, force, FORCE, (0.0, max(1.0, float(force.max()))), 0)
+    axes.set_ylabel("muscle (0: head)")
+    return image
+
+
+def colour_bar(axes: Axes | Sequence[Axes], image: AxesImage, label: str) -> Colorbar:
+    """A colour bar to the right of a panel, pointed where values lie beyond its ends."""
+    values = np.asarray(image.get_array())
+    beyond = (float(values.min()) < image.norm.vmin, float(values.max()) > image.norm.vmax)
+    extend = {(False, False): "neither", (True, False): "min", (False, True): "max", (True, True): "both"}[beyond]
+    parent = axes if isinstance(axes, Axes) else axes[0]
+    bar = parent.get_figure(root=True).colorbar(image, ax=axes, label=label, extend=extend, pad=0.015, aspect=12)
+    bar.outline.set_visible(False)
+    return bar
+
+
+def part_ticks(parts: int, first: int = 0) -> list[int]:
+    """Numbers of the parts of a body to write at an axis: all of them, or about ten of many."""
+    return list(range(first, first + parts, max(1, -(-parts // 11))))

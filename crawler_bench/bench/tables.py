@@ -1,0 +1,129 @@
+"""Tables as CSV and Markdown, and the generated blocks of the documentation.
+
+A block stands in a Markdown file between `<!-- begin NAME -->` and `<!-- end NAME -->`; everything between is
+made from results/, so that no number in the documentation is typed by hand.
+
+    python -m crawler_bench.bench.tables README.md docs/differences.md
+"""
+
+import math
+import re
+import sys
+from collections.abc import Callable
+from dataclasses import fields
+from pathlib import Path
+
+import pandas as pd
+
+from crawler_bench.bench.claims import Verdict
+from crawler_bench.config import EnvironmentConfig, EvaluationConfig
+from crawler_bench.physics.parameters import CrawlerParameters
+
+SIGNS = {Verdict.REPRODUCED.value: "✔", Verdict.PARTLY.value: "◐", Verdict.NOT.value: "✘"}
+
+
+def write_csv(frame: pd.DataFrame, path: Path) -> None:
+    """Write a frame with nine significant digits: the same numbers give the same bytes."""
+    frame.to_csv(path, index=False, float_format="%.9g")
+
+
+def short(value: object) -> str:
+    """A number with as many digits as a reader wants; anything else as it is."""
+    try:
+        number = float(str(value))
+    except ValueError:
+        return str(value)
+    if math.isnan(number):
+        return "-"
+    return f"{number:.3g}" if abs(number) < 100 else f"{number:.0f}"
+
+
+def claims_table(claims: pd.DataFrame) -> str:
+    """The claims as a Markdown table: claim, source, paper, ours with its interval, n, verdict."""
+    rows = pd.DataFrame({
+        "claim": claims["claim"],
+        "source": claims["source"],
+        "paper": claims["paper"].map(short),
+        "ours": claims["ours"].map(short),
+        "95 % interval": [_interval(low, high) for low, high in zip(claims["low"], claims["high"], strict=True)],
+        "n": claims["n"],
+        "verdict": [f"{SIGNS.get(verdict, '')} {verdict}".strip() for verdict in claims["verdict"]],
+    })  # fmt: skip
+    return rows.to_markdown(index=False, disable_numparse=True)
+
+
+def _interval(low: float, high: float) -> str:
+    if low == high:
+        return "all runs equal"
+    return "-" if math.isnan(low) else f"{short(low)} .. {short(high)}"
+
+
+def verdict_counts(claims: pd.DataFrame) -> str:
+    """One sentence: how many claims fare how."""
+    counts = claims["verdict"].value_counts()
+    parts = [f"{counts[verdict.value]} {verdict.value}" for verdict in Verdict if verdict.value in counts]
+    return f"{len(claims)} claims: {', '.join(parts)}."
+
+
+def not_reproduced(claims: pd.DataFrame) -> str:
+    """A list of what does not hold, or only partly."""
+    failing = claims[claims["verdict"].isin([Verdict.NOT.value, Verdict.PARTLY.value])]
+    lines = [
+        f"* {SIGNS[row.verdict]} **{row.verdict}**: {row.claim}: paper {short(row.paper)}, ours {short(row.ours)} "
+        f"({_interval(row.low, row.high)})."
+        for row in failing.itertuples()
+    ]
+    return "\n".join(lines) or "Everything is reproduced."
+
+
+def parameters_table() -> str:
+    """Every constant of the model and of the task with its default."""
+    rows = [("CrawlerParameters", field.name, field.default) for field in fields(CrawlerParameters)]
+    for model in (EnvironmentConfig, EvaluationConfig):
+        rows += [(model.__name__, name, field.default) for name, field in model.model_fields.items()]
+    frame = pd.DataFrame(rows, columns=["where", "name", "default"])
+    return frame.to_markdown(index=False, disable_numparse=True)
+
+
+def runs_table(runs: pd.DataFrame) -> str:
+    """The trained runs: policy and speed of each."""
+    trained = runs[runs["experiment"].isin(["regularized", "unregularized"])]
+    columns = ["experiment", "seed", "policy", "speed", "speed_moving", "stall_share", "cycle_duration"]
+    return trained[columns].map(short).to_markdown(index=False, disable_numparse=True)
+
+
+def blocks(results: Path) -> dict[str, Callable[[], str]]:
+    """Every generated block by name; `results` is the folder that `crawler-bench reproduce` wrote."""
+
+    def claims() -> pd.DataFrame:
+        return pd.read_csv(results / "claims.csv")
+
+    return {
+        "claims": lambda: claims_table(claims()),
+        "verdicts": lambda: verdict_counts(claims()),
+        "not reproduced": lambda: not_reproduced(claims()),
+        "runs": lambda: runs_table(pd.read_csv(results / "runs.csv")),
+        "parameters": parameters_table,
+    }
+
+
+def regenerate(document: str, results: Path) -> str:
+    """Fill every generated block of a Markdown document.
+
+    Raises:
+        ValueError: if a block has no generator.
+    """
+    known = blocks(results)
+
+    def fill(match: re.Match[str]) -> str:
+        name = match["name"]
+        if name not in known:
+            raise ValueError(f"no generator is called {name!r}; there are {', '.join(known)}")
+        return f"<!-- begin {name} -->\n{known[name]()}\n<!-- end {name} -->"
+
+    return re.sub(r"<!-- begin (?P<name>[\w ]+) -->.*?<!-- end (?P=name) -->", fill, document, flags=re.DOTALL)
+
+
+if __name__ == "__main__":
+    for name in sys.argv[1:]:
+        Path(name).write_text(regenerate(Path(name).read_text(), Path("results/paper")))

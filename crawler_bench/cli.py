@@ -1,0 +1,304 @@
+"""The command line: `crawler-bench`. Heavy imports wait until a command needs them."""
+
+import contextlib
+import errno
+import sys
+from collections.abc import Iterator
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+from rich.console import Console
+from rich.table import Table
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from crawler_bench.config import Experiment
+
+app = typer.Typer(
+    name="crawler-bench",
+    help="How a soft-bodied crawler learns to coordinate itself: reproduce the paper, train and compare agents.",
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+    add_completion=False,
+)
+console = Console()
+notes = Console(stderr=True)
+
+RUNS = Path("results/runs")
+
+Set = Annotated[list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Override a value; may be repeated.")]
+Seeds = Annotated[str | None, typer.Option(help="How many seeds (10), which range (100-109) or which (3,5,8).")]
+Jobs = Annotated[int, typer.Option(min=0, help="Parallel processes; 0 is one a core.")]
+Runs = Annotated[Path, typer.Option(help="Folder of finished runs; what is there is not run again.")]
+Quiet = Annotated[bool, typer.Option("--quiet", help="Print results and errors only.")]
+
+
+class Preset(StrEnum):
+    """Sizes of an experiment."""
+
+    paper = "paper"
+    smoke = "smoke"
+
+
+@app.command()
+def reproduce(
+    preset: Annotated[Preset, typer.Option(help="paper: in full; smoke: small, to see that all works.")] = Preset.paper,
+    claim: Annotated[list[str] | None, typer.Option(help="Only re-make this claim, and print it.")] = None,
+    seeds: Seeds = None,
+    set_: Set = None,
+    out: Annotated[Path | None, typer.Option(help="Where to write; default results/PRESET.")] = None,
+    runs: Runs = RUNS,
+    jobs: Jobs = 0,
+    quiet: Quiet = False,
+) -> None:
+    """Reproduce the paper: train both gaits, judge every claim, draw Figs 1-3 and S1, film both gaits.
+
+    Interrupted, the same command goes on from the runs that were finished.
+    """
+    from crawler_bench.bench import reproduction
+    from crawler_bench.bench.claims import CLAIMS, find_claim
+
+    claims = tuple(find_claim(name) for name in claim) if claim else CLAIMS
+    folder = out or Path("results") / preset
+    if not claim:
+        _require_ours(folder)
+    needed = {name for each in claims for name in each.experiments} if claim else set(reproduction.EXPERIMENTS)
+    experiments = _experiments(preset, sorted(needed, key=reproduction.EXPERIMENTS.index), set_, seeds)
+    found = reproduction.reproduce(experiments, runs, jobs=jobs, quiet=quiet)
+    options = "".join([
+        f" --preset {preset.value}" if preset is not Preset.paper else "",
+        f" --seeds {seeds}" if seeds else "",
+        *(f" --set {word}" for word in set_ or []),
+    ])  # fmt: skip
+    if claim:
+        frame = found.claims(claims, options)
+    else:
+        frame = reproduction.write_results(found, folder, options=options, say=_teller(quiet))
+    _print_claims(frame)
+    if not claim:
+        console.print(f"Written to {folder}: claims.md, figures, animations, runs.csv, policies.", soft_wrap=True)
+    if found.failures:
+        _fail(f"{len(found.failures)} runs failed (see FAILED above); the same command tries them again")
+
+
+@app.command()
+def train(
+    agent: Annotated[str, typer.Argument(help="A registered agent (see `list`) or module:Class.")],
+    config: Annotated[Path | None, typer.Option(help="YAML file; default: the defaults of the code.")] = None,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of agent and environment.")] = 0,
+    seeds: Seeds = None,
+    set_: Set = None,
+    out: Annotated[Path, typer.Option(help="Folder that gets the run's folder.")] = RUNS,
+    quiet: Quiet = False,
+) -> None:
+    """Train one agent, once for each seed; prints the run folders."""
+    from crawler_bench.bench.training import train as train_run
+    from crawler_bench.config import RunConfig, apply, load_experiment, parse_assignments, parse_seeds
+
+    run = RunConfig()
+    if config is not None:
+        run = load_experiment(config).run
+    run = run.model_copy(update={"agent": _agent_spec(agent)})
+    if agent != "qlearning" and config is None:
+        run = run.model_copy(update={"settings": {}})
+    from crawler_bench.config import override
+
+    run = override(run, parse_assignments(set_ or []), "--set")
+    _ = apply
+    for each in parse_seeds(seeds) if seeds else (seed,):
+        folder = train_run(run, each, out, progress_bar=notes.is_terminal and not quiet)
+        console.print(str(folder), markup=False, soft_wrap=True)
+
+
+@app.command()
+def evaluate(
+    run: Annotated[list[Path], typer.Argument(help="Run folders, as `train` prints them.")],
+    set_: Set = None,
+    out: Annotated[Path | None, typer.Option(help="Also write runs.csv, evaluations.csv and cycles.csv here.")] = None,
+) -> None:
+    """Measure trained runs: policy table, speed, cycle duration, speed against noise."""
+    from crawler_bench.bench import store, tables
+    from crawler_bench.bench.evaluation import evaluate as evaluate_run
+    from crawler_bench.bench.sweep import Cell, Outcome, read_outcomes
+    from crawler_bench.config import override, parse_assignments
+
+    overrides = parse_assignments(set_ or [])
+    outcomes = []
+    configs = [store.read_run(folder) for folder in run]
+    for folder, (trained, seed) in zip(run, configs, strict=True):
+        config = override(trained, {f"evaluation.{key.removeprefix('evaluation.')}": value for key, value in overrides.items()}, "--set")
+        cell = Cell(folder.name, config, seed)
+        outcomes.append(Outcome(cell, folder, evaluate_run(folder, config.evaluation)))
+    runs, evaluations, cycles = read_outcomes(outcomes)
+    _print_frame(runs[["run", "policy", "speed", "speed_moving", "stall_share", "cycle_duration", "cycles"]])
+    noisy = evaluations.pivot_table(index="experiment", columns="noise", values="speed", sort=False)
+    noisy.columns = [f"s = {noise:g}" for noise in noisy.columns]
+    _print_frame(noisy.rename_axis("speed (L/tau) at noise").reset_index())
+    if out is not None:
+        out.mkdir(parents=True, exist_ok=True)
+        for name, frame in (("runs", runs), ("evaluations", evaluations), ("cycles", cycles)):
+            tables.write_csv(frame, out / f"{name}.csv")
+
+
+@app.command()
+def render(
+    run: Annotated[Path, typer.Argument(help="A run folder, as `train` prints it.")],
+    out: Annotated[Path | None, typer.Option(help="Where to write; default results/rendered/RUN.")] = None,
+    quiet: Quiet = False,
+) -> None:
+    """Film the gait of a trained run (GIF, MP4) and draw its positions, strains and forces (PNG, SVG)."""
+    from crawler_bench.bench import animation, figures
+    from crawler_bench.bench.evaluation import evaluate as evaluate_run
+    from crawler_bench.bench.evaluation import read_evaluation
+    from crawler_bench.bench.store import read_run
+
+    read_run(run)
+    say = _teller(quiet)
+    record = read_evaluation(evaluate_run(run)).gait
+    folder = out or Path("results/rendered") / run.resolve().name
+    folder.mkdir(parents=True, exist_ok=True)
+    figures.save(figures.gait(record, run.resolve().name), folder, "gait")
+    for suffix in (".gif", ".mp4"):
+        say(f"filming gait{suffix}")
+        animation.animate(record, folder / f"gait{suffix}", run.resolve().name)
+    console.print(str(folder), markup=False, soft_wrap=True)
+
+
+@app.command("list")
+def list_() -> None:
+    """List agents, environments, experiments and claims."""
+    import crawler_bench
+    from crawler_bench.bench.claims import CLAIMS
+    from crawler_bench.config import config_folder
+
+    agents = _agents_package()
+    console.print("[bold]agents[/]")
+    for name, spec in agents.registered().items():
+        console.print(f"  {name:12} {spec}", markup=False)
+    console.print(f"[bold]environments[/]\n  {crawler_bench.ENV_ID}")
+    console.print("[bold]experiments[/]")
+    for path in sorted(config_folder().glob("*/*.yaml")):
+        console.print(f"  {path.parent.name}/{path.stem}", markup=False)
+    console.print("[bold]claims[/] (crawler-bench reproduce --claim NAME)")
+    for claim in CLAIMS:
+        console.print(f"  {claim.name:28} {claim.text}", markup=False, soft_wrap=True)
+
+
+@app.command()
+def doctor() -> None:
+    """Say what is wrong with this installation, and how to mend it."""
+    from crawler_bench import diagnosis
+
+    sick = False
+    for check in diagnosis.checks(_agents_package):
+        console.print(f"{'ok     ' if check.well else 'PROBLEM'} {check.what}: {check.found}", markup=False, soft_wrap=True)
+        if not check.well:
+            console.print(f"        to mend it: {check.mend}", markup=False, soft_wrap=True)
+        sick = sick or not check.well
+    if sick:
+        raise typer.Exit(1)
+
+
+def _agents_package() -> Any:
+    """Import our `agents`, which another package on PyPI is called as well."""
+    import agents
+
+    if not hasattr(agents, "ENTRY_POINT_GROUP"):
+        raise ValueError(
+            f"the package 'agents' that Python finds is not crawler-bench's but {agents.__file__}; "
+            "uninstall that one (it may be openai-agents) or use a fresh virtual environment"
+        )
+    return agents
+
+
+def _agent_spec(name: str) -> str:
+    spec: str = _agents_package().agent_spec(name)
+    _agents_package().agent_class(spec)
+    return spec
+
+
+def _experiments(preset: Preset, names: list[str], set_: list[str] | None, seeds: str | None) -> "list[Experiment]":
+    from crawler_bench.config import config_folder, load_experiment, parse_assignments, parse_seeds
+
+    overrides = parse_assignments(set_ or [])
+    experiments = []
+    for name in names:
+        experiment = load_experiment(config_folder() / preset / f"{name}.yaml", overrides)
+        run = experiment.run.model_copy(update={"agent": _agent_spec(experiment.run.agent)})
+        update: dict[str, Any] = {"run": run} | ({"seeds": parse_seeds(seeds)} if seeds and not experiment.grid else {})
+        experiments.append(experiment.model_copy(update=update))
+    return experiments
+
+
+def _require_ours(folder: Path) -> None:
+    if folder.is_dir() and any(folder.iterdir()) and not (folder / "claims.csv").is_file():
+        raise ValueError(
+            f"{folder} is not empty and was not written by `crawler-bench reproduce` (it has no claims.csv); "
+            "choose another folder with --out"
+        )
+
+
+def _print_claims(claims: "pd.DataFrame") -> None:
+    from crawler_bench.bench.tables import short, verdict_counts
+
+    wide = Console(width=max(console.width, 130)) if not console.is_terminal else console
+    colours = {"reproduced": "green", "partly": "yellow", "not reproduced": "red"}
+    table = Table("claim", "paper", "ours", "95 % interval", "n", "verdict")
+    for row in claims.itertuples():
+        interval = "all equal" if row.low == row.high else f"{short(row.low)} .. {short(row.high)}"
+        verdict = f"[{colours.get(str(row.verdict), 'dim')}]{row.verdict}[/]"
+        table.add_row(str(row.claim), short(row.paper), short(row.ours), interval, str(row.n), verdict)
+    wide.print(table)
+    wide.print(verdict_counts(claims))
+
+
+def _print_frame(frame: "pd.DataFrame") -> None:
+    from crawler_bench.bench.tables import short
+
+    wide = Console(width=max(console.width, 130)) if not console.is_terminal else console
+    table = Table(*map(str, frame.columns))
+    for row in frame.itertuples(index=False):
+        table.add_row(*(str(value) if isinstance(value, str) else short(value) for value in row))
+    wide.print(table)
+
+
+def _teller(quiet: bool) -> Any:
+    return (lambda text: None) if quiet else (lambda text: notes.print(text, markup=False))
+
+
+def _fail(message: str, code: int = 1) -> None:
+    notes.print(f"crawler-bench: {message}", style="red", markup=False, highlight=False, soft_wrap=True)
+    raise typer.Exit(code)
+
+
+@contextlib.contextmanager
+def _one_line_errors() -> Iterator[None]:
+    """Turn what a user can mend into one line and a non-zero exit; a bug keeps its traceback."""
+    try:
+        yield
+    except KeyboardInterrupt:
+        notes.print("crawler-bench: interrupted; the same command goes on from the runs that are finished")
+        sys.exit(130)
+    except OSError as error:
+        full = "the disk is full; free some room, then run the same command: it goes on from the finished runs"
+        reason = full if error.errno == errno.ENOSPC else f"{error.strerror or error}"
+        place = f"{error.filename}: " if error.filename else ""
+        notes.print(f"crawler-bench: {place}{reason}", style="red", markup=False, highlight=False, soft_wrap=True)
+        sys.exit(1)
+    except (ValueError, RuntimeError) as error:
+        message = " ".join(str(error).split())
+        notes.print(f"crawler-bench: {message}", style="red", markup=False, highlight=False, soft_wrap=True)
+        sys.exit(1)
+
+
+def main() -> None:
+    """Entry point of the command `crawler-bench`."""
+    with _one_line_errors():
+        app()
+
+
+if __name__ == "__main__":
+    main()
