@@ -31,7 +31,9 @@ def agent_spec(name: str) -> str:
     """
     known = registered()
     if name not in known and ":" not in name:
-        raise ValueError(f"no agent is called {name!r}; there are {', '.join(known)}, or name your own module:Class")
+        raise ValueError(
+            f"no agent is called {name!r}; there are {', '.join(known)}, or name your own module:Class"
+        )
     return known.get(name, name)
 
 

@@ -110,7 +110,9 @@ class QLearning:
         agent_seed, env_seed, tie_seed = np.random.SeedSequence(seed).spawn(3)
         self.rng = np.random.default_rng(agent_seed)
         self._env_seed = int(env_seed.generate_state(1)[0]) if seed is not None else None
-        self._prediction_rng = np.random.default_rng(tie_seed)  # asking for an action must not change learning
+        self._prediction_rng = np.random.default_rng(
+            tie_seed
+        )  # asking for an action must not change learning
         self._observation: int | None = None
         self.q_table: NDArray[np.float64] = np.empty((0, 0))
         self.env: gym.Env[Any, Any] | None = None
@@ -123,7 +125,7 @@ class QLearning:
         spaces = env.observation_space, env.action_space
         if not (isinstance(spaces[0], gym.spaces.Discrete) and isinstance(spaces[1], gym.spaces.Discrete)):
             raise ValueError(
-                f"a table needs Discrete spaces; this environment observes {spaces[0]} and acts in {spaces[1]}"
+                f"a table needs Discrete spaces; this environment has {spaces[0]} and {spaces[1]}"
             )
         return int(spaces[0].n), int(spaces[1].n)
 
@@ -138,7 +140,7 @@ class QLearning:
     @property
     def policy(self) -> NDArray[np.int64]:
         """(observations,) the greedy action for each observation; the lowest of equal ones."""
-        return self.q_table.argmax(axis=1)
+        return np.asarray(self.q_table.argmax(axis=1), dtype=np.int64)
 
     def learn(
         self, total_timesteps: int, callback: Callback | None = None, progress_bar: bool = False

@@ -76,7 +76,7 @@ class Still(FixedPolicy):
     """Always the same neuron, that of the middle: the body settles and stands still."""
 
     def _probabilities(self, n_observations: int, n_actions: int) -> NDArray[np.float64]:
-        return np.eye(n_actions)[np.full(n_observations, n_actions // 2)]
+        return np.tile(np.eye(n_actions)[n_actions // 2], (n_observations, 1))
 
 
 class Wave(FixedPolicy):

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 app = typer.Typer(
     name="crawler-bench",
-    help="How a soft-bodied crawler learns to coordinate itself: reproduce the paper, train and compare agents.",
+    help="How a soft-bodied crawler learns to coordinate itself: reproduce the paper, train agents.",
     no_args_is_help=True,
     pretty_exceptions_enable=False,
     add_completion=False,
@@ -29,8 +29,12 @@ notes = Console(stderr=True)
 
 RUNS = Path("results/runs")
 
-Set = Annotated[list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Override a value; may be repeated.")]
-Seeds = Annotated[str | None, typer.Option(help="How many seeds (10), which range (100-109) or which (3,5,8).")]
+Set = Annotated[
+    list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Override a value; may be repeated.")
+]
+Seeds = Annotated[
+    str | None, typer.Option(help="How many seeds (10), which range (100-109) or which (3,5,8).")
+]
 Jobs = Annotated[int, typer.Option(min=0, help="Parallel processes; 0 is one a core.")]
 Runs = Annotated[Path, typer.Option(help="Folder of finished runs; what is there is not run again.")]
 Quiet = Annotated[bool, typer.Option("--quiet", help="Print results and errors only.")]
@@ -45,7 +49,9 @@ class Preset(StrEnum):
 
 @app.command()
 def reproduce(
-    preset: Annotated[Preset, typer.Option(help="paper: in full; smoke: small, to see that all works.")] = Preset.paper,
+    preset: Annotated[
+        Preset, typer.Option(help="paper: in full; smoke: small, to see that all works.")
+    ] = Preset.paper,
     claim: Annotated[list[str] | None, typer.Option(help="Only re-make this claim, and print it.")] = None,
     seeds: Seeds = None,
     set_: Set = None,
@@ -59,13 +65,15 @@ def reproduce(
     Interrupted, the same command goes on from the runs that were finished.
     """
     from crawler_bench.bench import reproduction
-    from crawler_bench.bench.claims import CLAIMS, find_claim
+    from crawler_bench.bench.paper_claims import CLAIMS, find_claim
 
     claims = tuple(find_claim(name) for name in claim) if claim else CLAIMS
     folder = out or Path("results") / preset
     if not claim:
         _require_ours(folder)
-    needed = {name for each in claims for name in each.experiments} if claim else set(reproduction.EXPERIMENTS)
+    needed = (
+        {name for each in claims for name in each.experiments} if claim else set(reproduction.EXPERIMENTS)
+    )
     experiments = _experiments(preset, sorted(needed, key=reproduction.EXPERIMENTS.index), set_, seeds)
     found = reproduction.reproduce(experiments, runs, jobs=jobs, quiet=quiet)
     options = "".join([
@@ -79,7 +87,9 @@ def reproduce(
         frame = reproduction.write_results(found, folder, options=options, say=_teller(quiet))
     _print_claims(frame)
     if not claim:
-        console.print(f"Written to {folder}: claims.md, figures, animations, runs.csv, policies.", soft_wrap=True)
+        console.print(
+            f"Written to {folder}: claims.md, figures, animations, runs.csv, policies.", soft_wrap=True
+        )
     if found.failures:
         _fail(f"{len(found.failures)} runs failed (see FAILED above); the same command tries them again")
 
@@ -96,18 +106,10 @@ def train(
 ) -> None:
     """Train one agent, once for each seed; prints the run folders."""
     from crawler_bench.bench.training import train as train_run
-    from crawler_bench.config import RunConfig, apply, load_experiment, parse_assignments, parse_seeds
+    from crawler_bench.config import RunConfig, load_experiment, override, parse_assignments, parse_seeds
 
-    run = RunConfig()
-    if config is not None:
-        run = load_experiment(config).run
-    run = run.model_copy(update={"agent": _agent_spec(agent)})
-    if agent != "qlearning" and config is None:
-        run = run.model_copy(update={"settings": {}})
-    from crawler_bench.config import override
-
-    run = override(run, parse_assignments(set_ or []), "--set")
-    _ = apply
+    run = load_experiment(config).run if config is not None else RunConfig()
+    run = override(run, {"agent": _agent_spec(agent)} | parse_assignments(set_ or []), "--set")
     for each in parse_seeds(seeds) if seeds else (seed,):
         folder = train_run(run, each, out, progress_bar=notes.is_terminal and not quiet)
         console.print(str(folder), markup=False, soft_wrap=True)
@@ -117,7 +119,9 @@ def train(
 def evaluate(
     run: Annotated[list[Path], typer.Argument(help="Run folders, as `train` prints them.")],
     set_: Set = None,
-    out: Annotated[Path | None, typer.Option(help="Also write runs.csv, evaluations.csv and cycles.csv here.")] = None,
+    out: Annotated[
+        Path | None, typer.Option(help="Also write runs.csv, evaluations.csv and cycles.csv here.")
+    ] = None,
 ) -> None:
     """Measure trained runs: policy table, speed, cycle duration, speed against noise."""
     from crawler_bench.bench import store, tables
@@ -125,16 +129,19 @@ def evaluate(
     from crawler_bench.bench.sweep import Cell, Outcome, read_outcomes
     from crawler_bench.config import override, parse_assignments
 
-    overrides = parse_assignments(set_ or [])
+    overrides = {
+        f"evaluation.{key.removeprefix('evaluation.')}": value
+        for key, value in parse_assignments(set_ or []).items()
+    }
+    trained = [store.read_run(folder) for folder in run]
     outcomes = []
-    configs = [store.read_run(folder) for folder in run]
-    for folder, (trained, seed) in zip(run, configs, strict=True):
-        config = override(trained, {f"evaluation.{key.removeprefix('evaluation.')}": value for key, value in overrides.items()}, "--set")
-        cell = Cell(folder.name, config, seed)
-        outcomes.append(Outcome(cell, folder, evaluate_run(folder, config.evaluation)))
+    for folder, (config, seed) in zip(run, trained, strict=True):
+        changed = override(config, overrides, "--set")
+        cell = Cell(folder.resolve().name, changed, seed)
+        outcomes.append(Outcome(cell, folder.resolve(), evaluate_run(folder, changed.evaluation)))
     runs, evaluations, cycles = read_outcomes(outcomes)
     _print_frame(runs[["run", "policy", "speed", "speed_moving", "stall_share", "cycle_duration", "cycles"]])
-    noisy = evaluations.pivot_table(index="experiment", columns="noise", values="speed", sort=False)
+    noisy = evaluations.pivot_table(index="experiment", columns="noise", values="speed")
     noisy.columns = [f"s = {noise:g}" for noise in noisy.columns]
     _print_frame(noisy.rename_axis("speed (L/tau) at noise").reset_index())
     if out is not None:
@@ -171,7 +178,7 @@ def render(
 def list_() -> None:
     """List agents, environments, experiments and claims."""
     import crawler_bench
-    from crawler_bench.bench.claims import CLAIMS
+    from crawler_bench.bench.paper_claims import CLAIMS
     from crawler_bench.config import config_folder
 
     agents = _agents_package()
@@ -194,7 +201,11 @@ def doctor() -> None:
 
     sick = False
     for check in diagnosis.checks(_agents_package):
-        console.print(f"{'ok     ' if check.well else 'PROBLEM'} {check.what}: {check.found}", markup=False, soft_wrap=True)
+        console.print(
+            f"{'ok     ' if check.well else 'PROBLEM'} {check.what}: {check.found}",
+            markup=False,
+            soft_wrap=True,
+        )
         if not check.well:
             console.print(f"        to mend it: {check.mend}", markup=False, soft_wrap=True)
         sick = sick or not check.well
@@ -220,7 +231,9 @@ def _agent_spec(name: str) -> str:
     return spec
 
 
-def _experiments(preset: Preset, names: list[str], set_: list[str] | None, seeds: str | None) -> "list[Experiment]":
+def _experiments(
+    preset: Preset, names: list[str], set_: list[str] | None, seeds: str | None
+) -> "list[Experiment]":
     from crawler_bench.config import config_folder, load_experiment, parse_assignments, parse_seeds
 
     overrides = parse_assignments(set_ or [])
@@ -228,7 +241,9 @@ def _experiments(preset: Preset, names: list[str], set_: list[str] | None, seeds
     for name in names:
         experiment = load_experiment(config_folder() / preset / f"{name}.yaml", overrides)
         run = experiment.run.model_copy(update={"agent": _agent_spec(experiment.run.agent)})
-        update: dict[str, Any] = {"run": run} | ({"seeds": parse_seeds(seeds)} if seeds and not experiment.grid else {})
+        update: dict[str, Any] = {"run": run} | (
+            {"seeds": parse_seeds(seeds)} if seeds and not experiment.grid else {}
+        )
         experiments.append(experiment.model_copy(update=update))
     return experiments
 
@@ -247,10 +262,13 @@ def _print_claims(claims: "pd.DataFrame") -> None:
     wide = Console(width=max(console.width, 130)) if not console.is_terminal else console
     colours = {"reproduced": "green", "partly": "yellow", "not reproduced": "red"}
     table = Table("claim", "paper", "ours", "95 % interval", "n", "verdict")
-    for row in claims.itertuples():
-        interval = "all equal" if row.low == row.high else f"{short(row.low)} .. {short(row.high)}"
-        verdict = f"[{colours.get(str(row.verdict), 'dim')}]{row.verdict}[/]"
-        table.add_row(str(row.claim), short(row.paper), short(row.ours), interval, str(row.n), verdict)
+    for row in claims.to_dict("records"):
+        low, high, verdict = row["low"], row["high"], row["verdict"]
+        interval = "all equal" if low == high else f"{short(low)} .. {short(high)}"
+        coloured = f"[{colours.get(verdict, 'dim')}]{verdict}[/]"
+        table.add_row(
+            row["claim"], short(row["paper"]), short(row["ours"]), interval, str(row["n"]), coloured
+        )
     wide.print(table)
     wide.print(verdict_counts(claims))
 
@@ -283,10 +301,14 @@ def _one_line_errors() -> Iterator[None]:
         notes.print("crawler-bench: interrupted; the same command goes on from the runs that are finished")
         sys.exit(130)
     except OSError as error:
-        full = "the disk is full; free some room, then run the same command: it goes on from the finished runs"
+        full = (
+            "the disk is full; free some room, then run the same command: it goes on from the finished runs"
+        )
         reason = full if error.errno == errno.ENOSPC else f"{error.strerror or error}"
         place = f"{error.filename}: " if error.filename else ""
-        notes.print(f"crawler-bench: {place}{reason}", style="red", markup=False, highlight=False, soft_wrap=True)
+        notes.print(
+            f"crawler-bench: {place}{reason}", style="red", markup=False, highlight=False, soft_wrap=True
+        )
         sys.exit(1)
     except (ValueError, RuntimeError) as error:
         message = " ".join(str(error).split())

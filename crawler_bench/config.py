@@ -9,10 +9,18 @@ import math
 import re
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, TypeVar
 
 import yaml
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, field_validator, model_validator
+from pydantic import (
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    ValidationError,
+    field_validator,
+    model_validator,
+)
 
 from crawler_bench.physics.parameters import CrawlerParameters
 
@@ -85,7 +93,11 @@ def parse_seeds(value: Any) -> Any:
             return tuple(range(int(span[1]), int(span[2]) + 1))
         if re.fullmatch(r"\s*\d+(\s*,\s*\d+)*\s*,?\s*", value):
             return tuple(int(word) for word in value.split(",") if word.strip())
-    if isinstance(value, list | tuple) and value and all(isinstance(seed, int) and seed >= 0 for seed in value):
+    if (
+        isinstance(value, list | tuple)
+        and value
+        and all(isinstance(seed, int) and seed >= 0 for seed in value)
+    ):
         return tuple(value)
     raise ValueError("seeds are a number of them above 0, a range like 100-109, or a list like 3,5,8")
 
@@ -107,6 +119,9 @@ class Experiment(_Model):
             run = override(self.run, dict(zip(self.grid, values, strict=True)), self.name)
             for seed in self.seeds:
                 yield run, seed
+
+
+Built = TypeVar("Built", bound=_Model)
 
 
 class _Loader(yaml.SafeLoader):
@@ -134,7 +149,9 @@ def load_experiment(path: Path, overrides: Mapping[str, Any] | None = None) -> E
     try:
         content = yaml.load(path.read_text(), _Loader)
     except OSError as error:
-        raise ConfigError(f"{path} cannot be read ({error.strerror}); configurations are YAML files") from None
+        raise ConfigError(
+            f"{path} cannot be read ({error.strerror}); configurations are YAML files"
+        ) from None
     except (yaml.YAMLError, UnicodeDecodeError) as error:
         raise ConfigError(f"{path} is not YAML: {' '.join(str(error).split())}") from None
     content = {} if content is None else content
@@ -142,12 +159,7 @@ def load_experiment(path: Path, overrides: Mapping[str, Any] | None = None) -> E
         raise ConfigError(f"{path} must hold a mapping of keys to values, not a {type(content).__name__}")
     own = {key: content.pop(key) for key in ("seeds", "grid") if key in content}
     experiment = _build(Experiment, {"name": path.stem, "run": content} | own, str(path))
-    return apply(experiment, overrides or {}, "--set")
-
-
-def apply(experiment: Experiment, overrides: Mapping[str, Any], where: str) -> Experiment:
-    """Override the run of an experiment."""
-    return experiment.model_copy(update={"run": override(experiment.run, overrides, where)})
+    return experiment.model_copy(update={"run": override(experiment.run, overrides or {}, "--set")})
 
 
 def parse_assignments(assignments: list[str]) -> dict[str, Any]:
@@ -191,22 +203,28 @@ def _full_key(content: dict[str, Any], key: str, where: str) -> str:
     if key.startswith("settings.") and key.count(".") == 1:
         return key  # the agent's class knows its settings
     keys = [name for name in content if name != "settings"]
-    dotted = [f"{section}.{name}" for section in keys if isinstance(content[section], dict) for name in content[section]]
+    dotted = [
+        f"{section}.{name}"
+        for section in keys
+        if isinstance(content[section], dict)
+        for name in content[section]
+    ]
     matches = [full for full in [*keys, *dotted] if key in (full, full.partition(".")[2])]
     if len(matches) == 1:
         return matches[0]
     if matches:
         raise ConfigError(f"{where}: {key!r} is ambiguous; write {' or '.join(matches)}")
     names = [*keys, *dotted, *(full.partition(".")[2] for full in dotted)]
-    raise ConfigError(f"{where}: unknown key {key!r}{_nearest(key, names)}")
+    raise ConfigError(f"{where}: unknown key {key!r}{nearest(key, names)}")
 
 
-def _nearest(key: str, names: list[str]) -> str:
+def nearest(key: str, names: list[str]) -> str:
+    """Words that name the key that was probably meant, or all there are."""
     close = difflib.get_close_matches(key, names, n=1, cutoff=0.5)
     return f"; did you mean {close[0]!r}?" if close else f"; known are {', '.join(names)}"
 
 
-def _build(model: type[Any], content: Mapping[str, Any], where: str) -> Any:
+def _build(model: type[Built], content: Mapping[str, Any], where: str) -> Built:
     try:
         return model.model_validate(content)
     except ValidationError as error:
@@ -214,7 +232,9 @@ def _build(model: type[Any], content: Mapping[str, Any], where: str) -> Any:
         place = [str(part) for part in first["loc"] if part != "run"]
         if first["type"] in ("extra_forbidden", "unexpected_keyword_argument"):
             names = _names_at(first["loc"][:-1], model)
-            raise ConfigError(f"{where}: unknown key {'.'.join(place)!r}{_nearest(place[-1], names)}") from None
+            raise ConfigError(
+                f"{where}: unknown key {'.'.join(place)!r}{nearest(place[-1], names)}"
+            ) from None
         message = first["msg"].removeprefix("Value error, ")
         given = "" if isinstance(first["input"], dict) else f" (given: {first['input']!r})"
         raise ConfigError(f"{where}: {': '.join(filter(None, ['.'.join(place), message]))}{given}") from None

@@ -10,7 +10,8 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from crawler_bench.bench import metrics, store
-from crawler_bench.bench.rollout import Record, action_table, rollout
+from crawler_bench.bench.record import Record
+from crawler_bench.bench.rollout import action_table, rollout
 from crawler_bench.bench.training import agent_file, load_class, make_env
 from crawler_bench.config import EvaluationConfig, RunConfig
 
@@ -65,10 +66,10 @@ def evaluate(folder: Path, config: EvaluationConfig | None = None) -> Path:
 
 def read_evaluation(place: Path) -> Evaluation:
     """Read what `evaluate` wrote."""
-    frames = [pd.read_csv(place / f"{name}.csv") for name in ("starts", "cycles", "nodes")]
+    starts, cycles, nodes = (pd.read_csv(place / f"{name}.csv") for name in ("starts", "cycles", "nodes"))
     with np.load(place / "gait.npz") as arrays:
         gait = Record(**arrays)
-    return Evaluation(np.loadtxt(place / "table.csv", delimiter=",", ndmin=2), *frames, gait)
+    return Evaluation(np.loadtxt(place / "table.csv", delimiter=",", ndmin=2), starts, cycles, nodes, gait)
 
 
 def measure(run: RunConfig, seed: int, table: NDArray[np.float64], config: EvaluationConfig) -> Evaluation:
@@ -86,7 +87,12 @@ def measure(run: RunConfig, seed: int, table: NDArray[np.float64], config: Evalu
                 policy_seed=seed,
             )
             stalled = metrics.stalls(record)
-            row: dict[str, Any] = {"noise": noise, "start": start, "speed": metrics.speed(record), "stalled": stalled}
+            row: dict[str, Any] = {
+                "noise": noise,
+                "start": start,
+                "speed": metrics.speed(record),
+                "stalled": stalled,
+            }
             if noise == config.noise[0]:
                 gait = record.after(config.settle)
                 wave = metrics.wave(gait)

@@ -10,7 +10,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from crawler_bench.bench.rollout import Record
+from crawler_bench.bench.record import Record
 
 Array = NDArray[np.float64]
 
@@ -55,7 +55,7 @@ def stalls(record: Record) -> bool:
 
 def most_contracted(record: Record) -> NDArray[np.int64]:
     """(T + 1,) index of the most contracted segment, without noise."""
-    return record.strain.argmax(axis=1)
+    return np.asarray(record.strain.argmax(axis=1), dtype=np.int64)
 
 
 def wave(record: Record) -> Wave:
@@ -114,7 +114,7 @@ def visited_observations(record: Record) -> list[int]:
 
 
 def pairs_together(record: Record) -> int:
-    """Number of neighbouring nodes that move together: the segment between them is carried, not contracted."""
+    """Number of pairs of neighbouring nodes that move together, carrying the segment between them."""
     velocity = record.velocity
     count = 0
     for left, right in pairwise(range(velocity.shape[1])):
@@ -158,12 +158,12 @@ def power_periodicity(phased: Array) -> float:
 
 def power_peaks(record: Record) -> Array:
     """(N + 1,) greatest power of each node."""
-    return record.power.max(axis=0)
+    return np.asarray(record.power.max(axis=0))
 
 
 def power_durations(record: Record) -> Array:
     """(N + 1,) share of time in which a node's power exceeds POWERED of the body's greatest."""
-    return (record.power > POWERED * record.power.max()).mean(axis=0)
+    return np.asarray((record.power > POWERED * record.power.max()).mean(axis=0))
 
 
 def unevenness(of_nodes: Array) -> float:
@@ -180,7 +180,7 @@ def power_per_distance(record: Record) -> float:
 
 
 def diagonal_distance(policy: NDArray[np.int64]) -> int:
-    """Number of observations at which a policy differs from nearest-neighbour wiring, action = observation."""
+    """Number of observations at which a policy is not nearest-neighbour wiring, action = observation."""
     return int((policy != np.arange(policy.size)).sum())
 
 
@@ -192,4 +192,6 @@ def policy_text(table: Array) -> str:
     actions = table.argmax(axis=1).tolist()
     words = [np.base_repr(action, 36).lower() if len(actions) <= 36 else str(action) for action in actions]
     sure = table.max(axis=1) == 1
-    return ("" if len(actions) <= 36 else "-").join(word if known else "*" for word, known in zip(words, sure, strict=True))
+    return ("" if len(actions) <= 36 else "-").join(
+        word if known else "*" for word, known in zip(words, sure, strict=True)
+    )

@@ -9,11 +9,14 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
+from matplotlib.figure import Figure
 
 from crawler_bench.bench import animation, figures, metrics, store, tables
-from crawler_bench.bench.claims import CLAIMS, Claim, Results, judge_claims, noise_crossover
+from crawler_bench.bench.claims import Claim, Results, judge_claims
 from crawler_bench.bench.evaluation import Evaluation, read_evaluation
-from crawler_bench.bench.rollout import Record, rollout
+from crawler_bench.bench.paper_claims import CLAIMS, noise_crossover
+from crawler_bench.bench.record import Record
+from crawler_bench.bench.rollout import rollout
 from crawler_bench.bench.sweep import Cell, Outcome, read_outcomes, run_cells
 from crawler_bench.bench.training import agent_file
 from crawler_bench.config import Experiment
@@ -66,7 +69,9 @@ def reproduce(experiments: Iterable[Experiment], runs_root: Path, *, jobs: int, 
     return Reproduction(outcomes, *read_outcomes(outcomes))
 
 
-def write_results(found: Reproduction, folder: Path, *, options: str, say: Callable[[str], None]) -> pd.DataFrame:
+def write_results(
+    found: Reproduction, folder: Path, *, options: str, say: Callable[[str], None]
+) -> pd.DataFrame:
     """Write results/paper/: claims, runs, figures, animations, trained tables, manifest.
 
     Args:
@@ -97,7 +102,9 @@ def write_results(found: Reproduction, folder: Path, *, options: str, say: Calla
         for suffix in (".gif", ".mp4"):
             animation.animate(record, folder / f"{gait}{suffix}", f"{gait} gait")
     store.write_command(folder)
-    store.write_manifest(folder, started, runs=[outcome.folder.name for outcome in found.outcomes if outcome.folder])
+    store.write_manifest(
+        folder, started, runs=[outcome.folder.name for outcome in found.outcomes if outcome.folder]
+    )
     return claims
 
 
@@ -110,25 +117,36 @@ def _write_policies(found: Reproduction, folder: Path) -> None:
         if outcome.folder is not None and outcome.cell.experiment in GAITS:
             content = json.loads(agent_file(outcome.folder).read_text())
             name = f"{outcome.cell.experiment}-seed{outcome.cell.seed:02d}.json"
-            kept = {key: content[key] for key in content if key not in ("generators", "environment", "observation")}
+            kept = {
+                key: content[key]
+                for key in content
+                if key not in ("generators", "environment", "observation")
+            }
             (folder / name).write_text(json.dumps(kept, indent=1) + "\n")
 
 
 def representative(found: Reproduction, experiment: str) -> tuple[Outcome, Evaluation]:
-    """The run to show for an experiment: the median one by speed among those that share the commonest policy."""
+    """The run to show for an experiment: of those with the commonest policy, the median one by speed."""
     runs = found.runs[found.runs["experiment"] == experiment]
     commonest = runs[runs["policy"] == runs["policy"].mode().iloc[0]].sort_values(["speed", "seed"])
     seed = int(commonest.iloc[(len(commonest) - 1) // 2]["seed"])
     for outcome in found.outcomes:
-        if outcome.cell.experiment == experiment and outcome.cell.seed == seed and outcome.evaluation is not None:
+        if (
+            outcome.cell.experiment == experiment
+            and outcome.cell.seed == seed
+            and outcome.evaluation is not None
+        ):
             return outcome, read_evaluation(outcome.evaluation)
     raise LookupError(f"no finished run of {experiment}")
 
 
-def _figures(found: Reproduction) -> dict[str, figures.Figure]:
+def _figures(found: Reproduction) -> dict[str, Figure]:
     """All figures by file name."""
     shown = {gait: representative(found, gait) for gait in GAITS}
     gaits = {gait: evaluation.gait for gait, (_, evaluation) in shown.items()}
+    phased = {
+        gait: metrics.power_by_phase(record, metrics.wave(record).boundaries) for gait, record in gaits.items()
+    }
     crossing, _ = noise_crossover(Results(found.runs, found.evaluations))
     snapshots = {gait: _snapshots(outcome) for gait, (outcome, _) in shown.items()}
     return {
@@ -139,9 +157,7 @@ def _figures(found: Reproduction) -> dict[str, figures.Figure]:
             {gait: evaluation.table for gait, (_, evaluation) in shown.items()},
             {gait: metrics.visited_observations(record) for gait, record in gaits.items()},
         ),
-        "fig_3a": figures.power_by_phase({
-            gait: metrics.power_by_phase(record, metrics.wave(record).boundaries) for gait, record in gaits.items()
-        }),
+        "fig_3a": figures.power_by_phase(phased),
         "fig_3b": figures.cycle_durations(found.cycles[found.cycles["experiment"].isin(GAITS)]),
         "fig_3c": figures.speed_against_noise(
             found.evaluations[found.evaluations["experiment"].isin((*GAITS, "untrained"))],

@@ -4,62 +4,26 @@ A policy without memory, on N observations, is a table of N x N action probabili
 every agent is rolled out by one compiled loop.
 """
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from crawler_bench.envs.transition import Memory, Task, begin, make_coefficients, make_memory, make_task, transition
+from crawler_bench.bench.record import Record
+from crawler_bench.envs.transition import (
+    Memory,
+    Task,
+    begin,
+    make_coefficients,
+    make_memory,
+    make_task,
+    transition,
+)
 from crawler_bench.physics.compilation import kernel
 from crawler_bench.physics.crawler import DISPLACEMENT, FORCE, VELOCITY, Coefficients, net_muscle_force
 from crawler_bench.physics.parameters import CrawlerParameters
 
 Array = NDArray[np.float64]
-
-
-@dataclass(frozen=True)
-class Record:
-    """What a crawler did, sampled at the ends of T decisions; sample 0 is the state before the first.
-
-    Attributes:
-        time: (T + 1,) tau_theta, from 0.
-        displacement: (T + 1, N + 1) u of each node, L.
-        velocity: (T + 1, N + 1) du/dt, L / tau_theta.
-        force: (T + 1, N + 1) muscle forces, k L.
-        power: (T + 1, N + 1) net muscle force on a node times its speed, k L^2 / tau_theta [M20, eq. 13].
-        action: (T,) the neuron that was ON during each decision.
-    """
-
-    time: Array
-    displacement: Array
-    velocity: Array
-    force: Array
-    power: Array
-    action: NDArray[np.int64]
-
-    @property
-    def strain(self) -> Array:
-        """(T + 1, N) strain of each segment, contraction positive."""
-        return np.diff(self.displacement, axis=1)
-
-    @property
-    def centroid(self) -> Array:
-        """(T + 1,) displacement of the centroid, L."""
-        return self.displacement.mean(axis=1)
-
-    @property
-    def n_segments(self) -> int:
-        """Number of segments N."""
-        return self.displacement.shape[1] - 1
-
-    def after(self, time: float) -> "Record":
-        """The part of the record from a time on."""
-        first = int(np.searchsorted(self.time, time * (1 - 1e-12)))
-        return Record(
-            self.time[first:], self.displacement[first:], self.velocity[first:], self.force[first:],
-            self.power[first:], self.action[first:],
-        )  # fmt: skip
 
 
 def action_table(agent: Any, n_segments: int) -> Array:
@@ -113,7 +77,7 @@ def rollout(
     samples, actions = _pages(steps, n)
     task = make_task(parameters, noise=noise)
     _crawl(memory, observation, np.cumsum(table, axis=1), task, k, noise_rng, policy_rng, samples, actions)
-    time = np.arange(steps + 1) * parameters.decision_interval
+    time = parameters.decision_interval * np.arange(steps + 1, dtype=np.float64)
     return Record(time, samples[:, 0], samples[:, 1], samples[:, 2], samples[:, 3], actions)
 
 

@@ -67,7 +67,9 @@ def estimate(
     return Estimate(value, low, high, known.size)
 
 
-def _interval(data: tuple[Array, ...], statistic: Callable[..., Any], confidence: float) -> tuple[float, float]:
+def _interval(
+    data: tuple[Array, ...], statistic: Callable[..., Any], confidence: float
+) -> tuple[float, float]:
     """BCa interval; percentiles where the acceleration is undefined (the jackknife does not vary)."""
     bootstrap = partial(
         stats.bootstrap, data, statistic, paired=len(data) > 1, n_resamples=RESAMPLES,
@@ -80,7 +82,9 @@ def _interval(data: tuple[Array, ...], statistic: Callable[..., Any], confidence
             warnings.simplefilter("ignore", stats.DegenerateDataWarning)
             interval = bootstrap(method="BCa", rng=np.random.default_rng(_SEED)).confidence_interval
             if not np.isfinite([interval.low, interval.high]).all():
-                interval = bootstrap(method="percentile", rng=np.random.default_rng(_SEED)).confidence_interval
+                interval = bootstrap(
+                    method="percentile", rng=np.random.default_rng(_SEED)
+                ).confidence_interval
     return float(interval.low), float(interval.high)
 
 
@@ -99,7 +103,7 @@ def paired_difference(first: ArrayLike, second: ArrayLike) -> Estimate:
 
 
 def relative_excess(first: ArrayLike, second: ArrayLike) -> Estimate:
-    """By how much, relatively, the interquartile mean of `first` exceeds that of `second`, over paired runs."""
+    """How much, relatively, the interquartile mean of `first` exceeds that of `second`; runs are paired."""
     a, b = np.asarray(first, dtype=np.float64), np.asarray(second, dtype=np.float64)
     known = np.isfinite(a) & np.isfinite(b)
     a, b = a[known], b[known]
@@ -117,7 +121,7 @@ def relative_excess(first: ArrayLike, second: ArrayLike) -> Estimate:
 
 
 def first_crossing(x: Array, difference: Array) -> float:
-    """Where a difference, given at increasing x, first turns from negative to positive; NaN if it never does."""
+    """Where a difference, given at increasing x, first turns from negative to positive; else NaN."""
     for i in range(1, x.size):
         if difference[i - 1] < 0 <= difference[i]:
             weight = -difference[i - 1] / (difference[i] - difference[i - 1])

@@ -38,7 +38,10 @@ class NotARunError(ValueError):
 
 def training_key(config: RunConfig, seed: int) -> str:
     """Ten digits that name a training run: its configuration, its seed and the sources that it runs."""
-    content = to_mapping(config) | {"seed": seed, "sources": source_hash(*KERNEL_SOURCES, *_agent_sources(config))}
+    content = to_mapping(config) | {
+        "seed": seed,
+        "sources": source_hash(*KERNEL_SOURCES, *_agent_sources(config)),
+    }
     del content["evaluation"]
     return _digest(content)
 
@@ -46,7 +49,9 @@ def training_key(config: RunConfig, seed: int) -> str:
 def evaluation_key(config: EvaluationConfig) -> str:
     """Ten digits that name an evaluation: its configuration and the sources that measure."""
     bench = Path(__file__).parent
-    sources = source_hash(*KERNEL_SOURCES, *(bench / name for name in ("rollout.py", "metrics.py", "evaluation.py")))
+    sources = source_hash(
+        *KERNEL_SOURCES, *(bench / name for name in ("rollout.py", "metrics.py", "evaluation.py"))
+    )
     return _digest(to_mapping(config) | {"sources": sources})
 
 
@@ -87,13 +92,15 @@ def read_run(folder: Path) -> tuple[RunConfig, int]:
     if not is_run(folder):
         there = "is not a finished run" if folder.is_dir() else "does not exist"
         raise NotARunError(
-            f"{folder} {there}: a run folder holds {CONFIG} and {MANIFEST}, as `crawler-bench train` leaves it"
+            f"{folder} {there}: a run folder holds {CONFIG} and {MANIFEST}; `crawler-bench train` makes one"
         )
     try:
         content = yaml.safe_load((folder / CONFIG).read_text())
         return RunConfig.model_validate(content["run"]), int(content["seed"])
     except (yaml.YAMLError, KeyError, TypeError, ValueError) as error:
-        raise NotARunError(f"{folder / CONFIG} does not describe a run: {' '.join(str(error).split())}") from None
+        raise NotARunError(
+            f"{folder / CONFIG} does not describe a run: {' '.join(str(error).split())}"
+        ) from None
 
 
 def write_config(folder: Path, config: RunConfig, seed: int) -> None:

@@ -1,15 +1,14 @@
 """The look of all figures: colours, panels, colour bars, and how a figure becomes a file."""
 
-from collections.abc import Sequence
 from pathlib import Path
 
 import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.colorbar import Colorbar
 from matplotlib.colors import LinearSegmentedColormap, Normalize
 from matplotlib.figure import Figure
 from matplotlib.image import AxesImage
+from matplotlib.layout_engine import ConstrainedLayoutEngine
 from numpy.typing import NDArray
 
 from crawler_bench.envs.rendering import CONTRACTION_LIMIT, CONTRACTION_SCALE
@@ -18,16 +17,17 @@ Array = NDArray[np.float64]
 
 RED, BLUE, GREY = "#c0392b", "#2166ac", "#7f7f7f"
 GREEN, LIGHT_GREEN = "#00734d", "#a8dbc5"
-INK = "#333333"
+ORANGE, INK = "#d95f02", "#333333"
 EXPERIMENT_COLOURS = {"regularized": RED, "unregularized": BLUE, "untrained": GREY}
 
 # Contraction in red, as the animated crawler has it; muscle forces in pink.
 CONTRACTION = LinearSegmentedColormap.from_list("contraction", np.array(CONTRACTION_SCALE) / 255)
 FORCE = LinearSegmentedColormap.from_list("force", ["#ffffff", "#fbc5dc", "#e7559c", "#a0056e", "#49006a"])
 NODES = LinearSegmentedColormap.from_list("nodes", mpl.colormaps["viridis"](np.linspace(0, 0.92, 64)))
+RANK = LinearSegmentedColormap.from_list("rank", ["#ffffff", "#c9c9c9", "#4d4d4d"])
 
 TIME_LABEL = r"time ($\tau_\theta$)"
-STRAIN_LABEL = "strain, contraction positive"
+STRAIN_LABEL = "strain\n(contraction positive)"
 FORCE_LABEL = r"muscle force ($k\,L$)"
 
 _SALT = "crawler-bench"  # of the identifiers inside an SVG: the same figure gives the same bytes
@@ -35,7 +35,7 @@ _SALT = "crawler-bench"  # of the identifiers inside an SVG: the same figure giv
 
 def new_figure(width: float, height: float, title: str = "") -> Figure:
     """An empty figure of a size in inches; its parts find their own room."""
-    figure = Figure(figsize=(width, height), layout="constrained")
+    figure = Figure(figsize=(width, height), layout=ConstrainedLayoutEngine(h_pad=0.1, w_pad=0.12))
     if title:
         figure.suptitle(title, fontsize=12, fontweight="bold", color=INK)
     return figure
@@ -55,16 +55,15 @@ def save(figure: Figure, folder: Path, name: str) -> None:
         figure.savefig(folder / f"{name}.svg", metadata={"Date": None})
 
 
-def tidy(axes: Axes, title: str = "", letter: str = "") -> None:
+def heading(axes: Axes, title: str) -> None:
+    """A title above a panel, flush left."""
+    axes.set_title(title, loc="left", fontsize=10, color=INK)
+
+
+def tidy(axes: Axes, title: str) -> None:
     """Take away the frame's upper and right side, and head the panel."""
     axes.spines[["top", "right"]].set_visible(False)
-    heading(axes, title, letter)
-
-
-def heading(axes: Axes, title: str, letter: str = "") -> None:
-    """A bold letter and a title above a panel, flush left."""
-    bold = rf"$\bf{{{letter}}}$   " if letter else ""
-    axes.set_title(bold + title, loc="left", fontsize=10, color=INK)
+    heading(axes, title)
 
 
 def show_missing(axes: Axes, text: str) -> None:
@@ -73,7 +72,12 @@ def show_missing(axes: Axes, text: str) -> None:
 
 
 def kymograph(
-    axes: Axes, time: Array, values: Array, cmap: LinearSegmentedColormap, limits: tuple[float, float], first: int
+    axes: Axes,
+    time: Array,
+    values: Array,
+    cmap: LinearSegmentedColormap,
+    limits: tuple[float, float],
+    first: int,
 ) -> AxesImage:
     """Values along the body (head on top) against time.
 
@@ -109,15 +113,16 @@ def force_kymograph(axes: Axes, time: Array, force: Array) -> AxesImage:
     return image
 
 
-def colour_bar(axes: Axes | Sequence[Axes], image: AxesImage, label: str) -> Colorbar:
-    """A colour bar to the right of a panel, pointed where values lie beyond its ends."""
-    values = np.asarray(image.get_array())
-    beyond = (float(values.min()) < image.norm.vmin, float(values.max()) > image.norm.vmax)
-    extend = {(False, False): "neither", (True, False): "min", (False, True): "max", (True, True): "both"}[beyond]
-    parent = axes if isinstance(axes, Axes) else axes[0]
-    bar = parent.get_figure(root=True).colorbar(image, ax=axes, label=label, extend=extend, pad=0.015, aspect=12)
+def colour_bar(axes: Axes, image: AxesImage, label: str, place: Axes | None = None) -> None:
+    """A colour bar to the right of a panel or in a place of its own, pointed where values lie beyond it."""
+    values, norm = np.asarray(image.get_array()), image.norm
+    below, above = bool(values.min() < norm.vmin), bool(values.max() > norm.vmax)
+    extend = {(0, 0): "neither", (1, 0): "min", (0, 1): "max", (1, 1): "both"}[below, above]
+    room = {"cax": place} if place else {"ax": axes, "pad": 0.015, "aspect": 12}
+    figure = axes.get_figure(root=True)
+    assert figure is not None
+    bar = figure.colorbar(image, label=label, extend=extend, **room)
     bar.outline.set_visible(False)
-    return bar
 
 
 def part_ticks(parts: int, first: int = 0) -> list[int]:

@@ -9,7 +9,14 @@ from pathlib import Path
 import pandas as pd
 from joblib import Parallel, delayed
 from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+from rich.progress import (
+    BarColumn,
+    MofNCompleteColumn,
+    Progress,
+    TextColumn,
+    TimeElapsedColumn,
+    TimeRemainingColumn,
+)
 
 from crawler_bench.bench import metrics, store
 from crawler_bench.bench.evaluation import Evaluation, evaluate, read_evaluation
@@ -111,7 +118,9 @@ def read_outcomes(outcomes: Sequence[Outcome]) -> tuple[pd.DataFrame, pd.DataFra
     Returns:
         runs, a row a run; evaluations, a row a run, noise and start; cycles, a row a cycle.
     """
-    runs, evaluations, cycles = [], [], []
+    runs: list[dict[str, object]] = []
+    evaluations: list[pd.DataFrame] = []
+    cycles: list[pd.DataFrame] = []
     for outcome in outcomes:
         if outcome.folder is None or outcome.evaluation is None:
             continue
@@ -153,7 +162,8 @@ def summarize(evaluation: Evaluation, learning: pd.DataFrame) -> dict[str, objec
         "cycle_duration": durations.mean(),
         "waves_per_tau": 1 / durations.mean() if len(durations) else float("nan"),
     }
-    return row | moving.drop(columns=settings).mean().to_dict()
+    averages: dict[str, object] = moving.drop(columns=settings).mean().to_dict()
+    return row | averages
 
 
 def _learning_speed(learning: pd.DataFrame, since: float) -> float:

@@ -45,7 +45,7 @@ def claims_table(claims: pd.DataFrame) -> str:
         "source": claims["source"],
         "paper": claims["paper"].map(short),
         "ours": claims["ours"].map(short),
-        "95 % interval": [_interval(low, high) for low, high in zip(claims["low"], claims["high"], strict=True)],
+        "95 % interval": list(map(_interval, claims["low"], claims["high"])),
         "n": claims["n"],
         "verdict": [f"{SIGNS.get(verdict, '')} {verdict}".strip() for verdict in claims["verdict"]],
     })  # fmt: skip
@@ -69,9 +69,9 @@ def not_reproduced(claims: pd.DataFrame) -> str:
     """A list of what does not hold, or only partly."""
     failing = claims[claims["verdict"].isin([Verdict.NOT.value, Verdict.PARTLY.value])]
     lines = [
-        f"* {SIGNS[row.verdict]} **{row.verdict}**: {row.claim}: paper {short(row.paper)}, ours {short(row.ours)} "
-        f"({_interval(row.low, row.high)})."
-        for row in failing.itertuples()
+        f"* {SIGNS[row['verdict']]} **{row['verdict']}**: {row['claim']}: paper {short(row['paper'])}, "
+        f"ours {short(row['ours'])} ({_interval(row['low'], row['high'])})."
+        for row in failing.to_dict("records")
     ]
     return "\n".join(lines) or "Everything is reproduced."
 
@@ -121,7 +121,9 @@ def regenerate(document: str, results: Path) -> str:
             raise ValueError(f"no generator is called {name!r}; there are {', '.join(known)}")
         return f"<!-- begin {name} -->\n{known[name]()}\n<!-- end {name} -->"
 
-    return re.sub(r"<!-- begin (?P<name>[\w ]+) -->.*?<!-- end (?P=name) -->", fill, document, flags=re.DOTALL)
+    return re.sub(
+        r"<!-- begin (?P<name>[\w ]+) -->.*?<!-- end (?P=name) -->", fill, document, flags=re.DOTALL
+    )
 
 
 if __name__ == "__main__":

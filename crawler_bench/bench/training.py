@@ -1,5 +1,6 @@
 """Train one agent once, and keep everything that is needed to understand it."""
 
+import inspect
 import time
 from importlib import import_module
 from pathlib import Path
@@ -12,7 +13,7 @@ import pandas as pd
 import crawler_bench
 from crawler_bench.bench import store
 from crawler_bench.bench.metrics import policy_text
-from crawler_bench.config import RunConfig
+from crawler_bench.config import ConfigError, RunConfig, nearest
 
 CURVE_INTERVAL = 1000  # decisions between two points of the learning curve
 SNAPSHOTS = 80  # of the table of values, along the run
@@ -22,19 +23,35 @@ def load_class(spec: str) -> Any:
     """The class that a "module:Class" string names.
 
     Raises:
-        ValueError: if there is no such class.
+        ConfigError: if there is no such class.
     """
     module, _, name = spec.partition(":")
     try:
         return getattr(import_module(module), name)
     except (ImportError, AttributeError, ValueError) as error:
-        raise ValueError(f"agent {spec!r} cannot be imported: {error}") from None
+        raise ConfigError(f"agent {spec!r} cannot be imported: {error}") from None
 
 
 def make_env(config: RunConfig) -> gym.Env[Any, Any]:
     """The environment that a run learns in."""
     arguments = dict(config.environment)
     return gym.make(crawler_bench.ENV_ID, parameters=config.parameters, **arguments)
+
+
+def make_agent(config: RunConfig, env: gym.Env[Any, Any], seed: int) -> Any:
+    """Build the agent of a run.
+
+    Raises:
+        ConfigError: if its class does not know one of the settings.
+    """
+    agent = load_class(config.agent)
+    known = inspect.signature(agent).parameters
+    if not any(parameter.kind is parameter.VAR_KEYWORD for parameter in known.values()):
+        for key in config.settings:
+            if key not in known:
+                names = [name for name in known if name not in ("env", "seed")]
+                raise ConfigError(f"settings: {agent.__name__} knows no {key!r}{nearest(key, names)}")
+    return agent(env, seed=seed, **config.settings)
 
 
 def agent_file(folder: Path) -> Path:
@@ -61,7 +78,7 @@ def train(config: RunConfig, seed: int, root: Path, progress_bar: bool = False) 
         return folder
     started = time.time()
     env = make_env(config)
-    agent = load_class(config.agent)(env, seed=seed, **config.settings)
+    agent = make_agent(config, env, seed)
     recorder = LearningRecorder(env, config.decisions)
     agent.learn(config.decisions, callback=recorder, progress_bar=progress_bar)
     with store.publish(folder) as draft:
@@ -98,7 +115,9 @@ class LearningRecorder:
         table = getattr(agent, "q_table", None)
         policy = "" if table is None else policy_text(np.eye(table.shape[1])[table.argmax(axis=1)])
         self._rows.append((done, *self._crawler.lifetime, policy))
-        if table is not None and (not self.snapshots or done - self.snapshots[-1][0] >= self._snapshot_interval):
+        if table is not None and (
+            not self.snapshots or done - self.snapshots[-1][0] >= self._snapshot_interval
+        ):
             self.snapshots.append((done, table.copy()))
         return True
 

@@ -1,7 +1,7 @@
 """The crawler as a Gymnasium environment."""
 
 import math
-from typing import Any, ClassVar
+from typing import Any
 
 import gymnasium as gym
 import numpy as np
@@ -15,7 +15,6 @@ from crawler_bench.physics.crawler import (
     VELOCITY,
     centroid,
     net_muscle_force,
-    strain_gradient,
 )
 from crawler_bench.physics.parameters import CrawlerParameters
 
@@ -30,9 +29,9 @@ class CrawlerEnv(gym.Env[np.int64, np.int64]):
     The neuromechanical model of a *Drosophila* larva of Mishra, van Rees & Mahadevan 2020 ("Coordinated
     crawling via reinforcement learning", [M20]): N viscoelastic segments in a row on ground that holds them
     back with less friction forward than backward, each contracted by a muscle that one spiking neuron drives.
-    The task is to crawl forward. Lengths are in units of the segment length L, times in the neuronal timescale
-    tau_theta, forces in k L (k: stiffness of a segment). The constants, and the readings of what the paper
-    leaves open, are `CrawlerParameters`.
+    The task is to crawl forward. Lengths are in units of the segment length L, times in the neuronal time
+    scale tau_theta, forces in k L (k: stiffness of a segment). The constants, and the readings of what the
+    paper leaves open, are `CrawlerParameters`.
 
     ## Action space
 
@@ -99,7 +98,7 @@ class CrawlerEnv(gym.Env[np.int64, np.int64]):
     * v0: first version.
     """
 
-    metadata: ClassVar[dict[str, Any]] = {"render_modes": ["human", "rgb_array"], "render_fps": 25}
+    metadata: dict[str, Any] = {"render_modes": ["human", "rgb_array"], "render_fps": 25}  # noqa: RUF012 (Gymnasium declares it as an attribute of instances)
 
     def __init__(
         self,
@@ -144,9 +143,8 @@ class CrawlerEnv(gym.Env[np.int64, np.int64]):
             ValueError: if the action is not a neuron, 0 to N - 1.
         """
         if not self.action_space.contains(action):
-            raise ValueError(
-                f"action {action!r} is not possible: it must be a whole number from 0 to {self.action_space.n - 1}"
-            )
+            last = self.parameters.n_segments - 1
+            raise ValueError(f"action {action!r} is not possible: it must be a whole number from 0 to {last}")
         observation, reward, displacement, gradient, end = kernels.transition(
             self.memory, int(action), self.task, self.coefficients, self.np_random
         )
@@ -193,7 +191,7 @@ class CrawlerEnv(gym.Env[np.int64, np.int64]):
         self.memory.strain[:] = np.diff(self.memory.state[DISPLACEMENT])
         self.np_random.bit_generator.state = snapshot["generator"]
 
-    def render(self) -> NDArray[np.uint8] | None:  # type: ignore[override]
+    def render(self) -> NDArray[np.uint8] | None:
         """Draw the body, each segment coloured by its contraction.
 
         Returns:

@@ -28,6 +28,7 @@ INK: Colour = (51, 51, 51)
 SKIN: Colour = (240, 226, 200)
 EARTH: Colour = (224, 215, 198)
 EARTH_INK: Colour = (122, 108, 84)
+MINUS = "\N{MINUS SIGN}"
 
 
 def contraction_colour(strain: float) -> Colour:
@@ -114,14 +115,14 @@ class _Stage:
                 self.surface, EARTH_INK, (self.x(tick), self.ground), (self.x(tick), end), self.line
             )
             if labelled:
-                text = f"{tick} L".replace("-", "−")
+                text = f"{tick} L".replace("-", MINUS)
                 self.write(text, (self.x(tick), end + 0.01 * self.height), 0.10, EARTH_INK, "midtop")
 
     def draw_caption(self, time: float) -> None:
         """Time and place, above the body."""
         margin = 0.04 * self.height
         self.write(f"time {time:.1f} τ", (margin, margin), 0.13, INK, "topleft")
-        place = f"centroid {self.displacement.mean():+.2f} L".replace("-", "−")
+        place = f"centroid {self.displacement.mean():+.2f} L".replace("-", MINUS)
         self.write(place, (self.width - margin, margin), 0.13, INK, "topright")
 
     def draw_body(self) -> None:
@@ -177,13 +178,18 @@ class _Stage:
         pygame.draw.circle(self.surface, INK, eye, 1.5 * size, max(self.line // 2, 1))
         pygame.draw.circle(self.surface, INK, (eye[0] + 0.45 * size, eye[1]), 0.85 * size)
         angle = np.linspace(0.15 * np.pi, 0.75 * np.pi, 9)
-        smile = np.column_stack((np.cos(angle), np.sin(angle))) * (0.38 * reach, 0.14 * waist)
-        self._stroke([(float(x), float(y)) for x, y in smile + (node + 0.55 * reach, self.ground - 0.34 * waist)])
+        centre = (node + 0.55 * reach, self.ground - 0.34 * waist)
+        smile = np.column_stack((np.cos(angle), np.sin(angle))) * (0.38 * reach, 0.14 * waist) + centre
+        self._stroke([(float(x), float(y)) for x, y in smile])
 
     def _draw_foot(self, node: float) -> None:
         """The point of contact with the ground: a node."""
         size = max(0.10 * min(self.scale, self.rest_height), 1.5 * self.line)
-        points = [(node - 1.2 * size, self.ground), (node + 0.5 * size, self.ground), (node - 0.9 * size, self.ground + size)]
+        points = [
+            (node - 1.2 * size, self.ground),
+            (node + 0.5 * size, self.ground),
+            (node - 0.9 * size, self.ground + size),
+        ]
         pygame.draw.polygon(self.surface, INK, points)
 
     def _stroke(self, points: list[tuple[float, float]]) -> None:

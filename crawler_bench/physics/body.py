@@ -21,9 +21,10 @@ from crawler_bench.physics.compilation import kernel
 
 FORWARD, STUCK, BACKWARD = 1.0, 0.0, -1.0
 _WARM_PASSES = 8
-# With every node sliding, rigid motion meets no resistance and the matrix is singular: this, relative to the
-# diagonal, picks the smallest motion where equilibrium leaves it free and a violent one where there is none.
+# With every node sliding, rigid motion meets no resistance and the matrix is singular: with this pivot,
+# relative to the diagonal, forces out of balance drive a violent motion, which tells the iteration who must stop.
 _RIGID_RESISTANCE = 1e-9
+_ROUNDING = 1e-13  # relative to the sum of their magnitudes, forces below this balance
 
 
 @kernel
@@ -83,9 +84,39 @@ def _solve_sliding(
             v[i] = (g[i] - friction) * scale + coupling * before
             pivot[i] = 1.0 / remaining
         before, coupling = v[i], pivot[i]
+    rigid = pivot[n - 1] * _RIGID_RESISTANCE > 0.5 and _balanced(v[n - 1], g, scale, forward + backward)
+    if rigid:
+        v[n - 1] = 0.0
     v[n - 1] *= pivot[n - 1]
     for i in range(n - 2, -1, -1):
         v[i] = (v[i] + v[i + 1]) * pivot[i]
+    if rigid:
+        _centre_rigid_motion(v, slip)
+
+
+@kernel
+def _balanced(total: float, g: NDArray[np.float64], scale: float, limits: float) -> bool:
+    """Whether the sum of all forces, as the elimination leaves it in the last row, is 0 up to rounding."""
+    magnitude = g.size * limits
+    for i in range(g.size):
+        magnitude += abs(g[i])
+    return abs(total) <= _ROUNDING * magnitude * scale
+
+
+@kernel
+def _centre_rigid_motion(v: NDArray[np.float64], slip: NDArray[np.float64]) -> None:
+    """Where friction balances at any rigid velocity, take the middle one of those that it allows.
+
+    It is the limit of eq. 8 for a vanishing width: both tails of its tanh have the same weight.
+    """
+    lowest, highest = -np.inf, np.inf
+    for i in range(v.size):
+        if slip[i] == FORWARD:
+            lowest = max(lowest, -v[i])
+        else:
+            highest = min(highest, -v[i])
+    if lowest <= highest and highest - lowest < np.inf:
+        v += 0.5 * (lowest + highest)
 
 
 @kernel

@@ -48,6 +48,6 @@ def force_gain(time: float, tau_m: float, tau_f: float) -> float:
     The integral of exp(-(time - s) / tau_f) exp(-s / tau_m) ds / tau_f, written so that it holds for
     tau_f = tau_m, and next to it, too.
     """
-    difference = 1.0 / tau_f - 1.0 / tau_m
-    weight = math.expm1(difference * time) / difference if difference != 0.0 else time
-    return math.exp(-time / tau_f) / tau_f * weight
+    difference = abs(1.0 / tau_f - 1.0 / tau_m)
+    weight = -math.expm1(-difference * time) / difference if difference != 0.0 else time
+    return math.exp(-time / max(tau_f, tau_m)) / tau_f * weight

@@ -44,7 +44,7 @@ def step_neuron(
     if denominator > 0.0:
         new = numerator / denominator
         if not at_pi and V < 0.0 and new >= 0.0:
-            return new, _time_to_zero(V, rate)
+            return new, min(_time_to_zero(V, rate), dt)
         return new, NO_SPIKE
     new = numerator / denominator if denominator < 0.0 else _JUST_PAST_INFINITY
     return new, min(_time_to_infinity(V, on, rate), dt) if at_pi else NO_SPIKE

@@ -50,20 +50,16 @@ class CrawlerParameters:
         for field in fields(self):
             value = getattr(self, field.name)
             if field.name in CHOICES:
-                _require(value in CHOICES[field.name], field.name, value, _one_of(CHOICES[field.name]))
+                choices = CHOICES[field.name]
+                _require(isinstance(value, str) and value in choices, field.name, value, _one_of(choices))
             elif field.name == "n_segments":
-                whole = isinstance(value, Integral) and not isinstance(value, bool) and value >= 2
+                whole = isinstance(value, Integral) and not isinstance(value, bool) and int(value) >= 2
                 _require(whole, field.name, value, "a whole number of at least 2")
                 object.__setattr__(self, field.name, int(value))
             else:
-                number = isinstance(value, Real) and not isinstance(value, bool)
-                _require(
-                    number and math.isfinite(value) and value > 0,
-                    field.name,
-                    value,
-                    "a finite number above 0",
-                )
-                object.__setattr__(self, field.name, float(value))
+                number = _as_float(value)
+                _require(math.isfinite(number) and number > 0, field.name, value, "a finite number above 0")
+                object.__setattr__(self, field.name, number)
         self._check_neuron_step()
         self._check_decision_interval()
         self._check_external_head_muscle()
@@ -109,6 +105,16 @@ class CrawlerParameters:
         """Magnitude of the friction on a node that slides backward, k L."""
         scale = self.anisotropy if self.friction_law == "literal" else 1.0
         return self.friction_backward * scale
+
+
+def _as_float(value: Any) -> float:
+    """The number that a value is; NaN if it is none."""
+    if isinstance(value, bool) or not isinstance(value, Real):
+        return math.nan
+    try:
+        return float(value)
+    except OverflowError:
+        return math.inf
 
 
 def _one_of(choices: tuple[str, ...]) -> str:

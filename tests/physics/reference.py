@@ -1,4 +1,4 @@
-"""The crawler of [M20, eq. 1-8] written a second time, slowly and straight from the paper, to be compared with.
+"""The crawler of [M20, eq. 1-8] written a second time, slowly and straight from the paper.
 
 Nothing here is shared with the package except its parameters. Neurons are followed as angles, drives are
 explicit sums over spike times, friction is the printed tanh with a width of 1e-6, and the velocities of the
@@ -8,6 +8,7 @@ body, so the three are solved one after the other with adaptive integrators that
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from math import cos, exp, pi
 
 import numpy as np
@@ -108,18 +109,15 @@ def _force_history(p: CrawlerParameters, spikes: Sequence[float], end: float) ->
     """Eq. 4, solved from each spike to the next, where its right-hand side jumps."""
     corners = sorted({0.0, end, *spikes})
     pieces, force = [], 0.0
-    for start, stop in zip(corners[:-1], corners[1:], strict=True):
+    for start, stop in pairwise(corners):
         past = [spike for spike in spikes if spike <= start]
 
         def rhs(t: float, f: Array, past: list[float] = past) -> Array:
             return (-f + p.muscle_force_max * min(1.0, drive(t, past, p))) / p.tau_f
 
         # The limiter bends the right-hand side: short steps keep the error control from jumping over it.
-        pieces.append(
-            solve_ivp(
-                rhs, (start, stop), [force], dense_output=True, rtol=1e-9, atol=1e-11, max_step=0.1
-            ).sol
-        )
+        accuracy = {"rtol": 1e-9, "atol": 1e-11, "max_step": 0.1}
+        pieces.append(solve_ivp(rhs, (start, stop), [force], dense_output=True, **accuracy).sol)
         force = float(pieces[-1](stop)[0])
     return lambda t: float(_piece_at(t, corners, pieces)(t)[0])
 
@@ -129,17 +127,12 @@ def _crawl(
 ) -> Callable[[float], Array]:
     """Integrate du/dt from rest, from each spike of any neuron to the next."""
     pieces, u = [], np.zeros(p.n_segments + 1)
-    for start, stop in zip(corners[:-1], corners[1:], strict=True):
-        pieces.append(
-            solve_ivp(
-                lambda t, u: velocities(u, forces(t), p),
-                (start, stop),
-                u,
-                dense_output=True,
-                rtol=1e-8,
-                atol=1e-9,
-            ).sol
-        )
+
+    def rhs(t: float, u: Array) -> Array:
+        return velocities(u, forces(t), p)
+
+    for start, stop in pairwise(corners):
+        pieces.append(solve_ivp(rhs, (start, stop), u, dense_output=True, rtol=1e-8, atol=1e-9).sol)
         u = pieces[-1](stop)
     return lambda t: _piece_at(t, corners, pieces)(t)
 

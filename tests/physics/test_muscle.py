@@ -6,6 +6,7 @@ is cut into steps must therefore not matter beyond rounding.
 """
 
 from dataclasses import replace
+from itertools import pairwise
 from math import exp, log, pi
 
 import numpy as np
@@ -36,10 +37,7 @@ def force_by_quadrature(
     # Only the last few tau_f are remembered: the interval before would hide the peak from the quadrature.
     corners = sorted({limiter, time, *(max(limiter, time - k * tau_f) for k in (1, 5, 40))})
     limited = exp(-(time - limiter) / tau_f) - exp(-time / tau_f)
-    relaxing = sum(
-        quad(memory, a, b, epsabs=1e-13, epsrel=1e-9)[0]
-        for a, b in zip(corners[:-1], corners[1:], strict=True)
-    )
+    relaxing = sum(quad(memory, a, b, epsabs=1e-13, epsrel=1e-9)[0] for a, b in pairwise(corners))
     return f * exp(-time / tau_f) + force_max * (limited + relaxing)
 
 
@@ -135,7 +133,7 @@ def test_the_step_size_does_not_matter(
         n_segments=3, tau_m=tau_m, tau_f=tau_f, spike_phase=spike_phase, spike_gain=spike_gain, dt=0.5,
         decision_interval=0.5,
     )  # fmt: skip
-    actions = [0, 0, 0, 0, 1, 1, 1, 0, 0, 2, 2, 2, 2, 2, 2, 2, 0, 0]
+    actions = [0, 0, 0, 0, 1, 1, 1, 1, 0, 0, 2, 2, 2, 2, 2, 2, 2, 0, 0]
     coarse = muscle_history(p, actions)
     fine = muscle_history(replace(p, dt=p.dt / 100), actions)
     assert np.count_nonzero(fine.max(axis=(0, 1))) == 4
@@ -145,7 +143,7 @@ def test_the_step_size_does_not_matter(
 @pytest.mark.parametrize("spike_gain", [0.5, 1.0, 3.0])
 @pytest.mark.parametrize("dt", [0.001, 0.01, 0.1])
 def test_the_drive_is_the_sum_over_spikes(spike_gain: float, dt: float) -> None:
-    """A neuron left ON spikes at pi / 2, 3 pi / 2, ...; force follows by quadrature over its explicit drive."""
+    """A neuron left ON spikes at pi / 2, 3 pi / 2, ...; the force follows by quadrature."""
     p = CrawlerParameters(
         n_segments=2, neuron_rate=1.0, spike_gain=spike_gain, muscle_force_max=0.8, dt=dt,
         decision_interval=1.0,
@@ -156,7 +154,7 @@ def test_the_drive_is_the_sum_over_spikes(spike_gain: float, dt: float) -> None:
         assert F == pytest.approx(drive(t, spikes, p), rel=1e-11)
         corners = [0.0, *(s for s in spikes if s < t), float(t)]
         expected = 0.0
-        for start, stop in zip(corners[:-1], corners[1:], strict=True):
+        for start, stop in pairwise(corners):
             expected = force_by_quadrature(
                 drive(start, spikes, p), expected, stop - start, p.tau_m, p.tau_f, p.muscle_force_max
             )

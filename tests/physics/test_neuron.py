@@ -52,11 +52,13 @@ def assert_same_angle(V: float, theta: float, tolerance: float) -> None:
 def test_a_step_is_the_integral_of_theta(
     theta: float, on: bool, rate: float, fraction: float, phase: str
 ) -> None:
+    assume(theta == 0.0 or abs(theta) > 1e-9)  # an angle next to 2 pi has no digits for less
     dt = fraction * pi / (2.0 * rate)
     V, spike = step(tan(theta / 2.0), on, dt, rate, phase)
     end, spikes = follow_theta(theta, on, dt, rate, phase)
     assert_same_angle(V, end, 1e-8)
-    assume(all(abs(t - dt) > SPIKE_TIME_ERROR for t in spikes))  # in this step or the next: a matter of rounding
+    # A spike at the very end belongs to this step or to the next, as rounding has it.
+    assume(all(abs(t - dt) > SPIKE_TIME_ERROR for t in spikes))
     assert (spike != NO_SPIKE) == bool(spikes)
     if spikes:
         assert len(spikes) == 1

@@ -1,0 +1,22 @@
+"""The figures of the reproduction, one function each: records, arrays and tables in, a Matplotlib figure out.
+
+Only `save` writes files; no figure calls the simulator.
+"""
+
+from crawler_bench.bench.comparison import cycle_durations, power_by_phase, speed_against_noise
+from crawler_bench.bench.kymographs import gait, untrained
+from crawler_bench.bench.schematic import fig_1a
+from crawler_bench.bench.style import save
+from crawler_bench.bench.wiring import learning, policies
+
+__all__ = [
+    "cycle_durations",
+    "fig_1a",
+    "gait",
+    "learning",
+    "policies",
+    "power_by_phase",
+    "save",
+    "speed_against_noise",
+    "untrained",
+]
