@@ -73,7 +73,7 @@ class Random(FixedPolicy):
 
 
 class Still(FixedPolicy):
-    """Always the same neuron, that of the middle: the body settles and stands still."""
+    """Always the same neuron, that of the middle: the body settles and, but for a creep, stands still."""
 
     def _probabilities(self, n_observations: int, n_actions: int) -> NDArray[np.float64]:
         return np.tile(np.eye(n_actions)[n_actions // 2], (n_observations, 1))

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from math import ceil, floor
 from pathlib import Path
 from typing import Any
 
@@ -149,10 +150,10 @@ def _panel(
     picture = np.asarray(canvas.buffer_rgba())[:, :, :3].copy()
     frame = axes.get_window_extent()
     return picture, _Box(
-        round(frame.x0) + 1,
-        round(frame.x1) - 1,
-        height - round(frame.y1) + 1,
-        height - round(frame.y0) - 1,
+        floor(frame.x0),
+        ceil(frame.x1),
+        height - ceil(frame.y1),
+        height - floor(frame.y0),
         heading,
     )
 

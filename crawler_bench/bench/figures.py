@@ -3,6 +3,8 @@
 Only `save` writes files; no figure calls the simulator.
 """
 
+from matplotlib.figure import Figure
+
 from crawler_bench.bench.comparison import cycle_durations, power_by_phase, speed_against_noise
 from crawler_bench.bench.kymographs import gait, untrained
 from crawler_bench.bench.schematic import fig_1a
@@ -10,6 +12,7 @@ from crawler_bench.bench.style import save
 from crawler_bench.bench.wiring import learning, policies
 
 __all__ = [
+    "Figure",
     "cycle_durations",
     "fig_1a",
     "gait",

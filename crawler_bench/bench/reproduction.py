@@ -145,7 +145,8 @@ def _figures(found: Reproduction) -> dict[str, Figure]:
     shown = {gait: representative(found, gait) for gait in GAITS}
     gaits = {gait: evaluation.gait for gait, (_, evaluation) in shown.items()}
     phased = {
-        gait: metrics.power_by_phase(record, metrics.wave(record).boundaries) for gait, record in gaits.items()
+        gait: metrics.power_by_phase(record, metrics.wave(record).boundaries)
+        for gait, record in gaits.items()
     }
     crossing, _ = noise_crossover(Results(found.runs, found.evaluations))
     snapshots = {gait: _snapshots(outcome) for gait, (outcome, _) in shown.items()}

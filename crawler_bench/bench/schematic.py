@@ -102,7 +102,7 @@ def _draw_coupling(axes: Axes) -> None:
         ls="--",
     )
     axes.text(
-        (tail + head) / 2, top + 0.15, "when neuron 0 (head) is ON, so is neuron N (tail); else one neuron is",
+        (tail + head) / 2, top + 0.15, "when neuron 0 (head) is ON, so is neuron N (tail); else just one is",
         ha="center", va="bottom", fontsize=9, color=INK,
     )  # fmt: skip
 

@@ -30,12 +30,15 @@ TIME_LABEL = r"time ($\tau_\theta$)"
 STRAIN_LABEL = "strain\n(contraction positive)"
 FORCE_LABEL = r"muscle force ($k\,L$)"
 
+PNG_DPI = 150
 _SALT = "crawler-bench"  # of the identifiers inside an SVG: the same figure gives the same bytes
 
 
 def new_figure(width: float, height: float, title: str = "") -> Figure:
     """An empty figure of a size in inches; its parts find their own room."""
-    figure = Figure(figsize=(width, height), layout=ConstrainedLayoutEngine(h_pad=0.1, w_pad=0.12))
+    figure = Figure(
+        figsize=(width, height), dpi=PNG_DPI, layout=ConstrainedLayoutEngine(h_pad=0.1, w_pad=0.12)
+    )
     if title:
         figure.suptitle(title, fontsize=12, fontweight="bold", color=INK)
     return figure
@@ -50,9 +53,18 @@ def save(figure: Figure, folder: Path, name: str) -> None:
         name: of the files, without suffix.
     """
     folder.mkdir(parents=True, exist_ok=True)
+    _settle(figure)
     with mpl.rc_context({"svg.hashsalt": _SALT}):
-        figure.savefig(folder / f"{name}.png", dpi=150)
+        figure.savefig(folder / f"{name}.png", dpi=PNG_DPI)
         figure.savefig(folder / f"{name}.svg", metadata={"Date": None})
+
+
+def _settle(figure: Figure) -> None:
+    """Fix all panels where the layout has put them, but for the last digits, which differ from run to run."""
+    figure.draw_without_rendering()
+    figure.set_layout_engine("none")
+    for axes in figure.axes:
+        axes.set_position(np.round(axes.get_position(original=True).bounds, 5).tolist())
 
 
 def heading(axes: Axes, title: str) -> None:

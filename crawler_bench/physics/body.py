@@ -22,7 +22,7 @@ from crawler_bench.physics.compilation import kernel
 FORWARD, STUCK, BACKWARD = 1.0, 0.0, -1.0
 _WARM_PASSES = 8
 # With every node sliding, rigid motion meets no resistance and the matrix is singular: with this pivot,
-# relative to the diagonal, forces out of balance drive a violent motion, which tells the iteration who must stop.
+# relative to the diagonal, forces out of balance drive a violent motion, which shows who has to stop.
 _RIGID_RESISTANCE = 1e-9
 _ROUNDING = 1e-13  # relative to the sum of their magnitudes, forces below this balance
 

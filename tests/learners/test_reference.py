@@ -1,0 +1,57 @@
+"""The policies that do not learn, and the registry of agents."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from agents import REGISTRY, agent_class, agent_spec, make_agent
+from crawler_bench.envs.crawler import CrawlerEnv
+
+
+@pytest.mark.parametrize("name", sorted(REGISTRY))
+def test_every_registered_agent_has_the_whole_interface(name: str, tmp_path: Path) -> None:
+    env = CrawlerEnv()
+    agent = make_agent(name, env, seed=0)
+    agent.learn(100)
+    actions, _ = agent.predict(np.arange(10), state=None, episode_start=None, deterministic=True)
+    assert actions.shape == (10,)
+    agent.save(tmp_path / "agent.json")
+    loaded = agent_class(name).load(tmp_path / "agent.json", env=env)
+    assert loaded.num_timesteps == 100
+    np.testing.assert_array_equal(loaded.predict(np.arange(10))[0], agent.predict(np.arange(10))[0])
+
+
+def test_random_is_uniform_and_seeded() -> None:
+    env = CrawlerEnv()
+    actions = make_agent("random", env, seed=0).predict(np.zeros(20_000, dtype=int))[0]
+    counts = np.bincount(actions, minlength=10)
+    assert counts.min() > 1850
+    assert counts.max() < 2150
+    np.testing.assert_array_equal(
+        actions[:50], make_agent("random", env, seed=0).predict(np.zeros(50, dtype=int))[0]
+    )
+
+
+def test_wave_is_the_diagonal() -> None:
+    assert make_agent("wave", CrawlerEnv()).predict(np.arange(10))[0].tolist() == list(range(10))
+
+
+def test_still_stands_still() -> None:
+    env = CrawlerEnv()
+    agent = make_agent("still", env)
+    observation, _ = env.reset(seed=0)
+    places = []
+    for _ in range(1000):
+        observation, *_, info = env.step(int(agent.predict(observation)[0]))
+        places.append(info["centroid"])
+    assert places[-1] - places[500] < 1e-3
+
+
+def test_names_and_classes_of_others() -> None:
+    assert agent_spec("qlearning") == "agents.qlearning:QLearning"
+    assert agent_spec("somewhere:Agent") == "somewhere:Agent"
+    with pytest.raises(ValueError, match="no agent is called 'qlerning'"):
+        agent_spec("qlerning")
+    with pytest.raises(ValueError, match="cannot be imported"):
+        agent_class("nowhere_at_all:Agent")
