@@ -16,7 +16,7 @@ from crawler_bench.envs.crawler import CrawlerEnv
 
 
 class Chain(gym.Env[int, int]):
-    """N states in a row; action 1 moves on, 0 stays; the step off the end pays 1 and terminates, or truncates."""
+    """N states in a row; action 1 moves on, 0 stays; the step off the end pays 1 and ends the episode."""
 
     def __init__(self, n: int = 4, truncate: bool = False, first: int = 0) -> None:
         self.observation_space = gym.spaces.Discrete(n, start=first)
@@ -57,15 +57,14 @@ def test_ties_are_broken_evenly() -> None:
 
 @pytest.mark.parametrize("first", [0, 3])
 def test_a_chain_converges_to_its_closed_form(first: int) -> None:
-    """Q*(s, on) = gamma^(N - 1 - s), Q*(s, stay) = gamma Q*(s, on), since the last step terminates."""
+    """Q*(s, on) = gamma^(N - 1 - s): the last step terminates. Staying is tried until it disappoints."""
     agent = QLearning(Chain(first=first), learning_rate=0.5, discount=0.8, initial_q=1.5, seed=0).learn(
         20_000
     )
     on = 0.8 ** np.arange(3, -1, -1)
     np.testing.assert_allclose(agent.q_table[:, 1], on, atol=1e-9)
-    np.testing.assert_allclose(
-        agent.q_table[:, 0], 0.8 * on, atol=1e-3
-    )  # tried until it disappoints, no longer
+    assert (agent.q_table[:, 0] < on).all()
+    assert (agent.q_table[:, 0] >= 0.8 * on - 1e-12).all()
     assert agent.predict(np.array([first, first + 3]))[0].tolist() == [first + 1, first + 1]
 
 
@@ -86,7 +85,8 @@ def test_high_initial_values_explore_everything() -> None:
 
 
 @pytest.mark.parametrize("arguments", [
-    {"regularization": 0.01}, {"regularization": 0.0, "noise": 0.1}, {"episode_distance": 0.05}, {"time_limit": 9.0},
+    {"regularization": 0.01}, {"regularization": 0.0, "noise": 0.1}, {"episode_distance": 0.05},
+    {"time_limit": 9.0},
 ])  # fmt: skip
 def test_the_compiled_loop_gives_the_same_table_to_the_bit(arguments: dict[str, Any]) -> None:
     fast = QLearning(crawler(**arguments), seed=7).learn(3000)
@@ -184,7 +184,8 @@ def test_stable_baselines_evaluates_it_as_it_is() -> None:
 
 
 @pytest.mark.parametrize("settings", [
-    {"learning_rate": 0.0}, {"learning_rate": 1.5}, {"discount": 1.0}, {"discount": -0.1}, {"initial_q": np.inf},
+    {"learning_rate": 0.0}, {"learning_rate": 1.5}, {"discount": 1.0}, {"discount": -0.1},
+    {"initial_q": np.inf},
 ])  # fmt: skip
 def test_an_impossible_setting_is_refused(settings: dict[str, float]) -> None:
     (name, _value), *_ = settings.items()
