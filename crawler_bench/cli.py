@@ -1,20 +1,14 @@
 """The command line: `crawler-bench`. Heavy imports wait until a command needs them."""
 
-import contextlib
-import errno
-import sys
-from collections.abc import Iterator
 from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
-from rich.console import Console
-from rich.table import Table
+
+from crawler_bench.console import console, notes, one_line_errors, print_claims, print_frame, teller
 
 if TYPE_CHECKING:
-    import pandas as pd
-
     from crawler_bench.config import Experiment
 
 app = typer.Typer(
@@ -24,9 +18,6 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     add_completion=False,
 )
-console = Console()
-notes = Console(stderr=True)
-
 RUNS = Path("results/runs")
 
 Set = Annotated[
@@ -84,14 +75,16 @@ def reproduce(
     if claim:
         frame = found.claims(claims, options)
     else:
-        frame = reproduction.write_results(found, folder, options=options, say=_teller(quiet))
-    _print_claims(frame)
+        frame = reproduction.write_results(found, folder, options=options, say=teller(quiet))
+    print_claims(frame)
     if not claim:
         console.print(
             f"Written to {folder}: claims.md, figures, animations, runs.csv, policies.", soft_wrap=True
         )
     if found.failures:
-        _fail(f"{len(found.failures)} runs failed (see FAILED above); the same command tries them again")
+        raise RuntimeError(
+            f"{len(found.failures)} runs failed (see FAILED above); the same command tries them again"
+        )
 
 
 @app.command()
@@ -140,10 +133,10 @@ def evaluate(
         cell = Cell(folder.resolve().name, changed, seed)
         outcomes.append(Outcome(cell, folder.resolve(), evaluate_run(folder, changed.evaluation)))
     runs, evaluations, cycles = read_outcomes(outcomes)
-    _print_frame(runs[["run", "policy", "speed", "speed_moving", "stall_share", "cycle_duration", "cycles"]])
+    print_frame(runs[["run", "policy", "speed", "speed_moving", "stall_share", "cycle_duration", "cycles"]])
     noisy = evaluations.pivot_table(index="experiment", columns="noise", values="speed")
     noisy.columns = [f"s = {noise:g}" for noise in noisy.columns]
-    _print_frame(noisy.rename_axis("speed (L/tau) at noise").reset_index())
+    print_frame(noisy.rename_axis("speed (L/tau) at noise").reset_index())
     if out is not None:
         out.mkdir(parents=True, exist_ok=True)
         for name, frame in (("runs", runs), ("evaluations", evaluations), ("cycles", cycles)):
@@ -163,7 +156,7 @@ def render(
     from crawler_bench.bench.store import read_run
 
     read_run(run)
-    say = _teller(quiet)
+    say = teller(quiet)
     record = read_evaluation(evaluate_run(run)).gait
     folder = out or Path("results/rendered") / run.resolve().name
     folder.mkdir(parents=True, exist_ok=True)
@@ -256,69 +249,9 @@ def _require_ours(folder: Path) -> None:
         )
 
 
-def _print_claims(claims: "pd.DataFrame") -> None:
-    from crawler_bench.bench.tables import short, verdict_counts
-
-    wide = Console(width=max(console.width, 130)) if not console.is_terminal else console
-    colours = {"reproduced": "green", "partly": "yellow", "not reproduced": "red"}
-    table = Table("claim", "paper", "ours", "95 % interval", "n", "verdict")
-    for row in claims.to_dict("records"):
-        low, high, verdict = row["low"], row["high"], row["verdict"]
-        interval = "all equal" if low == high else f"{short(low)} .. {short(high)}"
-        coloured = f"[{colours.get(verdict, 'dim')}]{verdict}[/]"
-        table.add_row(
-            row["claim"], short(row["paper"]), short(row["ours"]), interval, str(row["n"]), coloured
-        )
-    wide.print(table)
-    wide.print(verdict_counts(claims))
-
-
-def _print_frame(frame: "pd.DataFrame") -> None:
-    from crawler_bench.bench.tables import short
-
-    wide = Console(width=max(console.width, 130)) if not console.is_terminal else console
-    table = Table(*map(str, frame.columns))
-    for row in frame.itertuples(index=False):
-        table.add_row(*(str(value) if isinstance(value, str) else short(value) for value in row))
-    wide.print(table)
-
-
-def _teller(quiet: bool) -> Any:
-    return (lambda text: None) if quiet else (lambda text: notes.print(text, markup=False))
-
-
-def _fail(message: str, code: int = 1) -> None:
-    notes.print(f"crawler-bench: {message}", style="red", markup=False, highlight=False, soft_wrap=True)
-    raise typer.Exit(code)
-
-
-@contextlib.contextmanager
-def _one_line_errors() -> Iterator[None]:
-    """Turn what a user can mend into one line and a non-zero exit; a bug keeps its traceback."""
-    try:
-        yield
-    except KeyboardInterrupt:
-        notes.print("crawler-bench: interrupted; the same command goes on from the runs that are finished")
-        sys.exit(130)
-    except OSError as error:
-        full = (
-            "the disk is full; free some room, then run the same command: it goes on from the finished runs"
-        )
-        reason = full if error.errno == errno.ENOSPC else f"{error.strerror or error}"
-        place = f"{error.filename}: " if error.filename else ""
-        notes.print(
-            f"crawler-bench: {place}{reason}", style="red", markup=False, highlight=False, soft_wrap=True
-        )
-        sys.exit(1)
-    except (ValueError, RuntimeError) as error:
-        message = " ".join(str(error).split())
-        notes.print(f"crawler-bench: {message}", style="red", markup=False, highlight=False, soft_wrap=True)
-        sys.exit(1)
-
-
 def main() -> None:
     """Entry point of the command `crawler-bench`."""
-    with _one_line_errors():
+    with one_line_errors():
         app()
 
 

@@ -37,7 +37,7 @@ def power_by_phase(phased: Mapping[str, Array]) -> Figure:
     nodes = max(cycles.shape[2] for cycles in phased.values())
     colours = NODES(np.linspace(0, 1, nodes))
     for axes, (name, cycles) in zip(panels, phased.items(), strict=True):
-        found = f"{len(cycles)} cycles (thin) and their mean" if len(cycles) else "no cycle found"
+        found = f"each cycle (thin, {len(cycles)} in all) and their mean" if len(cycles) else "no cycle found"
         tidy(axes, f"{name.capitalize()}: {found}")
         axes.set_ylabel("power of a node\n" + r"($k\,L^2/\tau_\theta$)")
         if len(cycles) == 0:

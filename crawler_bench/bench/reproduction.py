@@ -100,7 +100,7 @@ def write_results(
         say(f"filming the {gait} gait")
         record = representative(found, gait)[1].gait
         for suffix in (".gif", ".mp4"):
-            animation.animate(record, folder / f"{gait}{suffix}", f"{gait} gait")
+            animation.animate(record, folder / f"{gait}{suffix}", f"{gait.capitalize()} gait")
     store.write_command(folder)
     store.write_manifest(
         folder, started, runs=[outcome.folder.name for outcome in found.outcomes if outcome.folder]
@@ -152,8 +152,8 @@ def _figures(found: Reproduction) -> dict[str, Figure]:
     snapshots = {gait: _snapshots(outcome) for gait, (outcome, _) in shown.items()}
     return {
         "fig_1a": figures.fig_1a(),
-        "fig_2a": figures.gait(gaits["regularized"], "Regularized gait"),
-        "fig_2b": figures.gait(gaits["unregularized"], "Unregularized gait"),
+        "fig_2a": figures.gait(gaits["regularized"], "Fig. 2A. Regularized gait (ε = 0.01)"),
+        "fig_2b": figures.gait(gaits["unregularized"], "Fig. 2B. Unregularized gait (ε = 0)"),
         "fig_2c": figures.policies(
             {gait: evaluation.table for gait, (_, evaluation) in shown.items()},
             {gait: metrics.visited_observations(record) for gait, record in gaits.items()},

@@ -43,8 +43,8 @@ def policies(tables: Mapping[str, Array], visited: Mapping[str, Sequence[int]]) 
     panels = figure.subplots(1, len(tables), squeeze=False)[0]
     for axes, (name, table) in zip(panels, tables.items(), strict=True):
         _draw_policy(axes, table, visited[name])
-        off = int((table.argmax(axis=1) != np.arange(len(table))).sum())
-        tidy(axes, f"{name.capitalize()}: {len(table) - off} of {len(table)} on the diagonal")
+        on = int((np.diag(table) > 0.5).sum())
+        tidy(axes, f"{name.capitalize()}: {on} of {len(table)} on the diagonal")
     panels[0].set_ylabel(OBSERVATION_LABEL + ", 0: head-most")
     handles = [
         Patch(facecolor=GREEN, label="action taken in the converged gait"),

@@ -1,0 +1,88 @@
+"""What the command line says: results on standard output, notes and errors on standard error."""
+
+import contextlib
+import errno
+import os
+import sys
+from collections.abc import Callable, Iterator
+from typing import TYPE_CHECKING
+
+from rich.console import Console
+from rich.table import Table
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+console = Console()
+notes = Console(stderr=True)
+
+VERDICT_COLOURS = {"reproduced": "green", "partly": "yellow", "not reproduced": "red"}
+LEAST_WIDTH = 130  # of a table that goes into a file
+
+
+def _wide_console() -> Console:
+    return console if console.is_terminal else Console(width=max(console.width, LEAST_WIDTH))
+
+
+def print_claims(claims: "pd.DataFrame") -> None:
+    """Print claims with their verdicts, and how many fare how."""
+    from crawler_bench.bench.tables import short, verdict_counts
+
+    wide = _wide_console()
+    table = Table("claim", "paper", "ours", "95 % interval", "n", "verdict")
+    for row in claims.to_dict("records"):
+        low, high, verdict = row["low"], row["high"], row["verdict"]
+        interval = "all equal" if low == high else f"{short(low)} .. {short(high)}"
+        coloured = f"[{VERDICT_COLOURS.get(verdict, 'dim')}]{verdict}[/]"
+        table.add_row(
+            row["claim"], short(row["paper"]), short(row["ours"]), interval, str(row["n"]), coloured
+        )
+    wide.print(table)
+    wide.print(verdict_counts(claims))
+
+
+def print_frame(frame: "pd.DataFrame") -> None:
+    """Print a frame as a table, numbers in short."""
+    from crawler_bench.bench.tables import short
+
+    wide = _wide_console()
+    table = Table(*map(str, frame.columns))
+    for row in frame.itertuples(index=False):
+        table.add_row(*(str(value) if isinstance(value, str) else short(value) for value in row))
+    wide.print(table)
+
+
+def teller(quiet: bool) -> Callable[[str], None]:
+    """A function that tells what is going on, or keeps quiet."""
+    return (lambda text: None) if quiet else (lambda text: notes.print(text, markup=False))
+
+
+@contextlib.contextmanager
+def one_line_errors() -> Iterator[None]:
+    """Turn what a user can mend into one line and a non-zero exit; a bug keeps its traceback.
+
+    With CRAWLER_BENCH_DEBUG set, every error keeps it.
+    """
+    try:
+        yield
+    except KeyboardInterrupt:
+        _complain("interrupted; the same command goes on from the runs that are finished")
+        sys.exit(130)
+    except (OSError, ValueError, RuntimeError) as error:
+        if os.environ.get("CRAWLER_BENCH_DEBUG"):
+            raise
+        _complain(_one_line(error))
+        sys.exit(1)
+
+
+def _one_line(error: Exception) -> str:
+    if not isinstance(error, OSError):
+        return " ".join(str(error).split())
+    if error.errno == errno.ENOSPC:
+        return "the disk is full; free some room and repeat the command: it goes on from the finished runs"
+    return f"{error.filename}: {error.strerror}" if error.filename else str(error)
+
+
+def _complain(message: str) -> None:
+    text = f"crawler-bench: {message}"
+    notes.print(text, style="red", markup=False, highlight=False, soft_wrap=True)
