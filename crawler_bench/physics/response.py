@@ -1,0 +1,83 @@
+"""How relaxations answer to relaxations: the functions of time that an interval without events is made of.
+
+Between events a spike's drive decays as e_m = exp(-t / tau_m). Forces and displacements follow it through up to
+two relaxations more, so every quantity is a sum of five functions of the time t since the interval began:
+
+    e_f = exp(-t / tau_f)         a force left alone
+    r_f                           the force that follows e_m:         tau_f r_f' = e_m - r_f,   r_f(0) = 0
+    e_c = exp(-t / c)             a displacement left alone (c: damping over stiffness)
+    s_f                           the displacement that follows e_f:  c s_f' = e_f - s_f,       s_f(0) = 0
+    s_r                           the displacement that follows r_f:  c s_r' = r_f - s_r,       s_r(0) = 0
+
+They are divided differences of the exponential function, and written so that they hold where time constants
+are equal, or nearly so, too.
+"""
+
+import math
+from typing import NamedTuple
+
+from crawler_bench.physics.compilation import kernel
+
+_CLOSE = 0.1  # spread of three exponents below which the divided difference is summed as a series
+_TERMS = 9
+_APART = 1e-3  # relative distance of two rates from which on partial fractions lose too little to matter
+
+
+class Response(NamedTuple):
+    """The functions above, at one time."""
+
+    e_m: float
+    e_f: float
+    r_f: float
+    e_c: float
+    s_f: float
+    s_r: float
+
+
+@kernel
+def follow(time: float, tau_lead: float, tau_follow: float) -> float:
+    """What follows a decay exp(-t / tau_lead) with time constant tau_follow, from 0.
+
+    The integral of exp(-(t - s) / tau_follow) exp(-s / tau_lead) ds / tau_follow.
+    """
+    difference = abs(1.0 / tau_follow - 1.0 / tau_lead)
+    weight = -math.expm1(-difference * time) / difference if difference != 0.0 else time
+    return math.exp(-time / max(tau_follow, tau_lead)) / tau_follow * weight
+
+
+@kernel
+def respond(time: float, tau_m: float, tau_f: float, c: float) -> Response:
+    """Evaluate all functions at a time, for any time constants."""
+    e_m, e_f, e_c = math.exp(-time / tau_m), math.exp(-time / tau_f), math.exp(-time / c)
+    f_m, c_f, c_m = 1.0 - tau_f / tau_m, 1.0 - c / tau_f, 1.0 - c / tau_m
+    if min(abs(f_m), abs(c_f), abs(c_m)) > _APART:
+        r_f = (e_m - e_f) / f_m
+        s_f = (e_f - e_c) / c_f
+        return Response(e_m, e_f, r_f, e_c, s_f, ((e_m - e_c) / c_m - s_f) / f_m)
+    r_f, s_f = follow(time, tau_m, tau_f), follow(time, tau_f, c)
+    s_r = time * time / (tau_f * c) * _second_difference(-time / tau_m, -time / tau_f, -time / c)
+    return Response(e_m, e_f, r_f, e_c, s_f, s_r)
+
+
+@kernel
+def _second_difference(x: float, y: float, z: float) -> float:
+    """Divided difference of exp at three points, any of which may be equal."""
+    low, high = min(x, y, z), max(x, y, z)
+    middle = x + y + z - low - high
+    if high - low > _CLOSE:
+        return (_first_difference(high, middle) - _first_difference(middle, low)) / (high - low)
+    total, factor = 0.0, 0.5
+    h1, h2, h3 = 1.0, 1.0, 1.0  # complete homogeneous polynomials of the deviations from the middle
+    for n in range(1, _TERMS + 1):
+        total += h3 * factor
+        factor /= n + 2
+        h1 *= high - middle
+        h2 = h1  # the middle's own deviation is 0
+        h3 = h2 + (low - middle) * h3
+    return math.exp(middle) * total
+
+
+@kernel
+def _first_difference(x: float, y: float) -> float:
+    """Divided difference of exp at two points, x >= y."""
+    return math.exp(x) * (-math.expm1(y - x) / (x - y) if x != y else 1.0)
