@@ -128,7 +128,8 @@ def _write_policies(found: Reproduction, folder: Path) -> None:
 def representative(found: Reproduction, experiment: str) -> tuple[Outcome, Evaluation]:
     """The run to show for an experiment: of those with the commonest policy, the median one by speed."""
     runs = found.runs[found.runs["experiment"] == experiment]
-    commonest = runs[runs["policy"] == runs["policy"].mode().iloc[0]].sort_values(["speed", "seed"])
+    shared = runs["policy"].map(runs["policy"].value_counts())
+    commonest = runs[shared == shared.max()].sort_values(["speed", "seed"])
     seed = int(commonest.iloc[(len(commonest) - 1) // 2]["seed"])
     for outcome in found.outcomes:
         if (

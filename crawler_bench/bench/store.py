@@ -168,7 +168,9 @@ def _git_state() -> dict[str, Any] | None:
 
     def git(*words: str) -> str:
         place = Path(__file__).resolve().parents[2]
-        done = subprocess.run(["git", "-C", str(place), *words], capture_output=True, text=True, check=True)
+        # Without optional locks: a killed run must not leave the checkout locked.
+        command = ["git", "--no-optional-locks", "-C", str(place), *words]
+        done = subprocess.run(command, capture_output=True, text=True, check=True)
         return done.stdout.strip()
 
     try:
