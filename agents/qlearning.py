@@ -17,8 +17,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from crawler_bench.envs.crawler import CrawlerEnv
 from crawler_bench.envs.transition import RUNNING, Memory, Task, begin, transition
+from crawler_bench.physics.coefficients import Coefficients
 from crawler_bench.physics.compilation import kernel
-from crawler_bench.physics.crawler import Coefficients
 
 Callback = Callable[[dict[str, Any], dict[str, Any]], bool | None]
 

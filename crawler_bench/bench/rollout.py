@@ -14,13 +14,14 @@ from crawler_bench.envs.transition import (
     Memory,
     Task,
     begin,
-    make_coefficients,
     make_memory,
     make_task,
     transition,
 )
+from crawler_bench.physics.coefficients import Coefficients, coefficients
 from crawler_bench.physics.compilation import kernel
-from crawler_bench.physics.crawler import DISPLACEMENT, FORCE, VELOCITY, Coefficients, net_muscle_force
+from crawler_bench.physics.crawler import net_muscle_force
+from crawler_bench.physics.layout import DISPLACEMENT, FORCE, VELOCITY
 from crawler_bench.physics.parameters import CrawlerParameters
 
 Array = NDArray[np.float64]
@@ -66,7 +67,7 @@ def rollout(
     start_rng, noise_rng = (np.random.default_rng(seed) for seed in seeds.spawn(2))
     policy_rng = np.random.default_rng([policy_seed, *start])
     n = parameters.n_segments
-    memory, k = make_memory(n), make_coefficients(parameters)
+    memory, k = make_memory(n), coefficients(parameters)
     begin(memory, make_task(parameters), k, start_rng)
     uniform = np.cumsum(np.full((n, n), 1.0 / n), axis=1)
     settle = round(warm_up / parameters.decision_interval)

@@ -9,13 +9,9 @@ from numpy.typing import NDArray
 
 from crawler_bench.envs import transition as kernels
 from crawler_bench.envs.transition import EPISODE_DECISIONS, LIFETIME_DECISIONS, LIFETIME_DISTANCE
-from crawler_bench.physics.crawler import (
-    DISPLACEMENT,
-    FORCE,
-    VELOCITY,
-    centroid,
-    net_muscle_force,
-)
+from crawler_bench.physics.coefficients import coefficients
+from crawler_bench.physics.crawler import centroid, net_muscle_force
+from crawler_bench.physics.layout import DISPLACEMENT, FORCE, VELOCITY
 from crawler_bench.physics.parameters import CrawlerParameters
 
 Info = dict[str, Any]
@@ -122,7 +118,7 @@ class CrawlerEnv(gym.Env[np.int64, np.int64]):
         self.parameters = parameters or CrawlerParameters()
         self.render_mode = render_mode
         self.task = kernels.make_task(self.parameters, regularization, noise, episode_distance, time_limit)
-        self.coefficients = kernels.make_coefficients(self.parameters)
+        self.coefficients = coefficients(self.parameters)
         self.memory = kernels.make_memory(self.parameters.n_segments)
         self.observation_space = gym.spaces.Discrete(self.parameters.n_segments)
         self.action_space = gym.spaces.Discrete(self.parameters.n_segments)

@@ -9,18 +9,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from crawler_bench.physics.coefficients import Coefficients
 from crawler_bench.physics.compilation import kernel
-from crawler_bench.physics.crawler import (
-    DISPLACEMENT,
-    Coefficients,
-    advance,
-    centroid,
-    coefficients,
-    rest_state,
-    strain_gradient,
-    strains,
-    workspace,
-)
+from crawler_bench.physics.crawler import act, centroid, strain_gradient, strains
+from crawler_bench.physics.layout import DISPLACEMENT, rest_state, workspace
 from crawler_bench.physics.parameters import CrawlerParameters
 
 RUNNING, DISTANCE, TIME = range(3)
@@ -43,10 +35,10 @@ class Task(NamedTuple):
 class Memory(NamedTuple):
     """All that changes while a crawler lives."""
 
-    state: NDArray[np.float64]  # (6, N + 1), see physics/crawler.py
+    state: NDArray[np.float64]  # (6, N + 1), see physics/layout.py
     strain: NDArray[np.float64]  # (N,) contraction positive
     odometer: NDArray[np.float64]  # (3,) decisions in this episode; decisions and distance in all episodes
-    work: NDArray[np.float64]  # (2, N + 1) scratch
+    work: NDArray[np.float64]  # (9, N + 1) scratch
 
 
 def make_task(
@@ -70,11 +62,6 @@ def make_task(
 def make_memory(n_segments: int) -> Memory:
     """The memory of a crawler that has not begun to live."""
     return Memory(rest_state(n_segments), np.zeros(n_segments), np.zeros(3), workspace(n_segments))
-
-
-def make_coefficients(parameters: CrawlerParameters) -> Coefficients:
-    """Prepare the physics for the kernels."""
-    return coefficients(parameters)
 
 
 @kernel
@@ -115,7 +102,7 @@ def transition(
     """
     u = memory.state[DISPLACEMENT]
     before = centroid(u)
-    advance(memory.state, memory.work, action, task.steps_per_decision, k)
+    act(memory.state, memory.work, action, task.steps_per_decision, k)
     after = centroid(u)
     displacement = after - before
     gradient = strain_gradient(u)

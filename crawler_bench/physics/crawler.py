@@ -4,79 +4,38 @@ Node 0 is the head and + is forward; node i rests at x_i = -i and stands at x_i 
 (between nodes i - 1 and i) is contracted when u_i - u_{i-1} > 0. Muscle i pulls the two ends of segment i
 together; muscle 0 acts on the head alone. Neuron i drives muscle i.
 
-The state of a crawler is one array of shape (6, N + 1), so that a batch of crawlers is one array too.
+Two integrators share all this: `advance` takes implicit Euler steps of dt, `exact.py` goes from event to event.
 """
-
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from crawler_bench.physics.body import balance_forces
+from crawler_bench.physics.coefficients import Coefficients
 from crawler_bench.physics.compilation import kernel
-from crawler_bench.physics.muscle import force_gain, relax_muscle
+from crawler_bench.physics.exact import cross_decision
+from crawler_bench.physics.layout import DISPLACEMENT, DRIVE, FORCE, NEURON, SLIP, VELOCITY
+from crawler_bench.physics.muscle import relax_muscle
 from crawler_bench.physics.neuron import NO_SPIKE, step_neuron
-from crawler_bench.physics.parameters import CrawlerParameters
-
-# Rows of the state.
-DISPLACEMENT, VELOCITY, SLIP, NEURON, DRIVE, FORCE = range(6)
-N_ROWS = 6
 
 
-class Coefficients(NamedTuple):
-    """Numbers that the kernels need, computed once from the parameters."""
+@kernel
+def act(
+    state: NDArray[np.float64], work: NDArray[np.float64], action: int, n_steps: int, k: Coefficients
+) -> None:
+    """Hold one neuron ON for a decision interval, by the integrator that the parameters name.
 
-    dt: float
-    stiffness: float  # c + dt, the factor of the Laplacian in an implicit Euler step
-    forward: float  # friction limits, k L
-    backward: float
-    pull_on_head: float  # share of f_0 that acts on node 0 and on node 1 (reading `head_muscle`)
-    pull_on_neck: float
-    neuron_rate: float
-    tan_rate_dt: float
-    spike_at_pi: bool
-    spike_gain: float
-    tau_m: float
-    tau_f: float
-    force_max: float
-    drive_decay: float  # exp(-dt / tau_m)
-    force_decay: float  # exp(-dt / tau_f)
-    force_gain: float  # force after dt per unit of drive at its start
-    contraction_sign: float  # of the strain whose argmax is observed (reading `observation`)
-
-
-def coefficients(parameters: CrawlerParameters) -> Coefficients:
-    """Prepare the parameters for the kernels."""
-    p = parameters
-    return Coefficients(
-        dt=p.dt,
-        stiffness=p.damping + p.dt,
-        forward=p.forward_limit,
-        backward=p.backward_limit,
-        pull_on_head=0.0 if p.head_muscle == "none" else 1.0,
-        pull_on_neck=-1.0 if p.head_muscle == "reaction" else 0.0,
-        neuron_rate=p.neuron_rate,
-        tan_rate_dt=float(np.tan(p.neuron_rate * p.dt)),
-        spike_at_pi=p.spike_phase == "pi",
-        spike_gain=p.spike_gain,
-        tau_m=p.tau_m,
-        tau_f=p.tau_f,
-        force_max=p.muscle_force_max,
-        drive_decay=float(np.exp(-p.dt / p.tau_m)),
-        force_decay=float(np.exp(-p.dt / p.tau_f)),
-        force_gain=float(p.muscle_force_max * force_gain(p.dt, p.tau_m, p.tau_f)),
-        contraction_sign=1.0 if p.observation == "most_contracted" else -1.0,
-    )
-
-
-def rest_state(n_segments: int) -> NDArray[np.float64]:
-    """The undeformed, silent crawler: shape (6, N + 1), all zero."""
-    return np.zeros((N_ROWS, n_segments + 1))
-
-
-def workspace(n_segments: int) -> NDArray[np.float64]:
-    """Scratch memory of the kernels, shape (2, N + 1); its content means nothing between calls."""
-    return np.empty((2, n_segments + 1))
+    Args:
+        state: (6, N + 1), changed in place.
+        work: (9, N + 1) scratch.
+        action: the neuron that is ON, 0 to N - 1; neuron N (tail) is ON whenever neuron 0 is [M20, eq. 10].
+        n_steps: steps of dt in a decision; the exact integrator takes none.
+        k: coefficients.
+    """
+    if k.exact:
+        cross_decision(state, work, action, k)
+    else:
+        advance(state, work, action, n_steps, k)
 
 
 @kernel
@@ -87,7 +46,7 @@ def advance(
 
     Args:
         state: (6, N + 1), changed in place.
-        work: (2, N + 1) scratch.
+        work: (9, N + 1) scratch.
         action: the neuron that is ON, 0 to N - 1; neuron N (tail) is ON whenever neuron 0 is [M20, eq. 10].
         n_steps: number of steps of dt.
         k: coefficients.

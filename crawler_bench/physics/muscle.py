@@ -8,9 +8,10 @@ which F falls through 1 (the limiter), both are exponentials.
 import math
 
 from crawler_bench.physics.compilation import kernel
+from crawler_bench.physics.response import follow
 
 # A muscle left alone would decay into denormal numbers, which are slow and mean nothing.
-_NEGLIGIBLE = 1e-200
+NEGLIGIBLE = 1e-200
 
 
 @kernel
@@ -36,18 +37,6 @@ def relax_muscle(
         F = F * math.exp(-limited / tau_m) if limited == time else 1.0
         time -= limited
     if time > 0.0:
-        f = f * math.exp(-time / tau_f) + force_max * F * force_gain(time, tau_m, tau_f)
+        f = f * math.exp(-time / tau_f) + force_max * F * follow(time, tau_m, tau_f)
         F *= math.exp(-time / tau_m)
-    return F if F > _NEGLIGIBLE else 0.0, f if f > _NEGLIGIBLE else 0.0
-
-
-@kernel
-def force_gain(time: float, tau_m: float, tau_f: float) -> float:
-    """Force after `time`, per unit of (unlimited) drive at its start and of maximal force.
-
-    The integral of exp(-(time - s) / tau_f) exp(-s / tau_m) ds / tau_f, written so that it holds for
-    tau_f = tau_m, and next to it, too.
-    """
-    difference = abs(1.0 / tau_f - 1.0 / tau_m)
-    weight = -math.expm1(-difference * time) / difference if difference != 0.0 else time
-    return math.exp(-time / max(tau_f, tau_m)) / tau_f * weight
+    return F if F > NEGLIGIBLE else 0.0, f if f > NEGLIGIBLE else 0.0

@@ -60,3 +60,31 @@ def _time_to_infinity(V: float, on: bool, rate: float) -> float:
 def _time_to_zero(V: float, rate: float) -> float:
     """Time until theta = 2 pi, from V < 0 and ON (OFF, V creeps towards 0 and never arrives)."""
     return math.atan(-V) / rate
+
+
+@kernel
+def neuron_after(V: float, on: bool, turn: float, sin_turn: float, cos_turn: float) -> float:
+    """Advance one neuron by any time under a constant input, whatever spikes lie inside.
+
+    Args:
+        V: tan(theta / 2).
+        on: whether the input I is 1.
+        turn: neuron_rate times the time; half the angle that an ON neuron turns by.
+        sin_turn: its sine.
+        cos_turn: its cosine.
+    """
+    if on:
+        numerator, denominator = V * cos_turn + sin_turn, cos_turn - V * sin_turn
+    else:
+        numerator, denominator = V, 1.0 - V * turn
+    return numerator / denominator if denominator != 0.0 else _JUST_PAST_INFINITY
+
+
+@kernel
+def first_spike(V: float, on: bool, rate: float, time: float, at_pi: bool) -> float:
+    """Time of the first spike under a constant input; infinity if it surely lies beyond `time`."""
+    if on:
+        if at_pi:
+            return (0.5 * math.pi - math.atan(V)) / rate
+        return (math.atan(-V) if V < 0.0 else math.pi - math.atan(V)) / rate
+    return 1.0 / (V * rate) if at_pi and V * rate * time > 1.0 else math.inf

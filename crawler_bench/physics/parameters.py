@@ -14,6 +14,7 @@ CHOICES = {
     "head_muscle": ("reaction", "external", "none"),
     "spike_phase": ("pi", "2pi"),
     "observation": ("most_contracted", "most_stretched"),
+    "integrator": ("exact", "step"),
 }
 
 
@@ -39,6 +40,7 @@ class CrawlerParameters:
     spike_gain: float = 2.0  # multiplies the sum of eq. 5 [fitted; printed as 1]
     observation: str = "most_contracted"  # reading: eq. 9's argmin taken literally is "most_stretched"
     dt: float = 0.01  # integration step, tau_theta [M20, Table S1]
+    integrator: str = "exact"  # from event to event, or implicit Euler steps of dt
     decision_interval: float = 0.2  # time between actions, tau_theta [fitted; the paper has 0.01]
 
     def __post_init__(self) -> None:
@@ -60,8 +62,9 @@ class CrawlerParameters:
                 number = _as_float(value)
                 _require(math.isfinite(number) and number > 0, field.name, value, "a finite number above 0")
                 object.__setattr__(self, field.name, number)
-        self._check_neuron_step()
-        self._check_decision_interval()
+        if self.integrator == "step":
+            self._check_neuron_step()
+            self._check_decision_interval()
         self._check_external_head_muscle()
 
     def _check_neuron_step(self) -> None:

@@ -1,4 +1,4 @@
-"""Run folders: keys that change with what decides a run, publishing, and compiled code that is never stale."""
+"""Run folders: keys that change with what decides a run, publishing, compiled code that is never stale."""
 
 import os
 import shutil
@@ -28,7 +28,7 @@ def other_parameters(name: str) -> CrawlerParameters:
 
 
 OTHERS = [
-    *(RUN.model_copy(update={"parameters": other_parameters(field.name)}) for field in fields(RUN.parameters)),
+    *(RUN.model_copy(update={"parameters": other_parameters(each.name)}) for each in fields(RUN.parameters)),
     *(
         RUN.model_copy(update={"environment": EnvironmentConfig(**{name: 7.5})})
         for name in EnvironmentConfig.model_fields
@@ -108,7 +108,8 @@ def test_a_failed_draft_leaves_nothing(tmp_path, error):
             (draft / "file").write_text("half")
             raise error
 
-    pytest.raises(error, write)
+    with pytest.raises(error):
+        write()
     assert not list(tmp_path.iterdir())
 
 
