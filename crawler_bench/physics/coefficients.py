@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 from crawler_bench.physics.muscle import NEGLIGIBLE
 from crawler_bench.physics.parameters import CrawlerParameters
-from crawler_bench.physics.response import Response, follow, respond
+from crawler_bench.physics.response import Relaxation, Response, follow, relaxation, respond
 
 EVENT_TOLERANCE = 1e-13  # of forces, velocities and times at which a node starts or stops sliding
 
@@ -34,6 +34,7 @@ class Coefficients(NamedTuple):
     drive_decay: float  # exp(-dt / tau_m)
     force_decay: float  # exp(-dt / tau_f)
     force_gain: float  # force after dt per unit of drive at its start
+    times: Relaxation
     end: Response  # the responses at the end of a decision without events
     peak_time: float  # when the force that follows one unit of drive is greatest, and how great it is
     peak: float
@@ -45,6 +46,7 @@ class Coefficients(NamedTuple):
 def coefficients(parameters: CrawlerParameters, tolerance: float = EVENT_TOLERANCE) -> Coefficients:
     """Prepare the parameters for the kernels."""
     p = parameters
+    times = relaxation(p.tau_m, p.tau_f, p.damping)
     turn = p.neuron_rate * p.decision_interval
     even = math.isclose(p.tau_m, p.tau_f, rel_tol=1e-9)
     apart = 1.0 if even else math.log(p.tau_m / p.tau_f) / (p.tau_m / p.tau_f - 1.0)
@@ -71,7 +73,8 @@ def coefficients(parameters: CrawlerParameters, tolerance: float = EVENT_TOLERAN
         drive_decay=math.exp(-p.dt / p.tau_m),
         force_decay=math.exp(-p.dt / p.tau_f),
         force_gain=p.muscle_force_max * follow(p.dt, p.tau_m, p.tau_f),
-        end=respond(p.decision_interval, p.tau_m, p.tau_f, p.damping),
+        times=times,
+        end=respond(p.decision_interval, times),
         peak_time=peak_time,
         peak=math.exp(-peak_time / p.tau_m),
         tolerance=tolerance,

@@ -4,7 +4,7 @@ Node 0 is the head and + is forward; node i rests at x_i = -i and stands at x_i 
 (between nodes i - 1 and i) is contracted when u_i - u_{i-1} > 0. Muscle i pulls the two ends of segment i
 together; muscle 0 acts on the head alone. Neuron i drives muscle i.
 
-Two integrators share all this: `advance` takes implicit Euler steps of dt, `exact.py` goes from event to event.
+Two integrators share all this: `advance` takes implicit Euler steps, `exact.py` goes from event to event.
 """
 
 import numpy as np

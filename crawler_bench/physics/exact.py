@@ -1,15 +1,15 @@
 """The coupled crawler from event to event, without a time step: exact to rounding.
 
-While no neuron spikes, no muscle crosses its limiter and no node starts or stops sliding, everything has a
-closed form. Muscle forces are a + b e_f + d r_f (see response.py). On the nodes S that slide, w = c du/dt + k u
-obeys the force balance
+While no neuron spikes, no muscle crosses its limiter and no node starts or stops sliding, everything has
+a closed form. Muscle forces are a + b e_f + d r_f (see response.py). On the nodes S that slide, the force
+w = c du/dt + k u obeys the balance
 
     A_SS w_S = (B f - friction)_S - A_S,stuck u_stuck,
 
-so w is such a sum too, and each displacement relaxes towards its w with time constant c / k. The friction that
-holds a stuck node, and the velocity of a sliding one, decide when the next event is: both are sums that, up to
-a positive factor, rise or fall with at most one turn, so that the first moment at which one leaves its allowed
-range is bracketed surely and found by Newton's method.
+so w is such a sum too, and each displacement relaxes towards its w with time constant c / k. The friction
+that holds a stuck node, and the velocity of a sliding one, decide when the next event is: both are sums that,
+up to a positive factor, rise or fall with at most one turn, so that the first moment at which one leaves its
+allowed range is bracketed surely and found by Newton's method.
 """
 
 import math
@@ -26,7 +26,8 @@ from crawler_bench.physics.response import Response, respond
 
 # Rows of the workspace: net muscle force and w, each as its parts that are constant, go as e_f, go as r_f.
 NET, NET_F, NET_R, W, W_F, W_R, PIVOT, SPIKE_AT, LIMIT_AT = range(9)
-_NEWTON_PASSES = 100
+_PASSES = 100
+_QUADRATIC = 1e-2  # safety on the error of a Newton step, which is about its square
 
 
 @kernel
@@ -108,10 +109,10 @@ def _cross_interval(
     u, slip = state[DISPLACEMENT], state[SLIP]
     _split_net_force(state[DRIVE], state[FORCE], work, k)
     _solve_sliding(u, slip, work, k)
-    end = k.end if span == k.decision else respond(span, k.tau_m, k.tau_f, k.damping)
+    end = k.end if span == k.decision else respond(span, k.times)
     time, node = _first_event(u, slip, work, span, end, idle > 2 * u.size, k)
     if node >= 0:
-        end = respond(time, k.tau_m, k.tau_f, k.damping)
+        end = respond(time, k.times)
     if time > 0.0:
         _relax(state, work, end, k)
     if node >= 0:
@@ -147,32 +148,26 @@ def _solve_sliding(
 ) -> None:
     """Solve for the three parts of w on the sliding nodes; on a stuck node w is u."""
     last = u.size - 1
-    w0, w1, w2, pivot = 0.0, 0.0, 0.0, 0.0
+    above, above_f, above_r, taken = 0.0, 0.0, 0.0, 0.0  # what the row above adds, and takes off the diagonal
     for i in range(last + 1):
         if slip[i] == STUCK:
-            w0, w1, w2, pivot = u[i], 0.0, 0.0, 1.0
-            work[PIVOT, i] = 0.0
+            work[W, i], work[W_F, i], work[W_R, i] = u[i], 0.0, 0.0
+            above, above_f, above_r, taken = u[i], 0.0, 0.0, 0.0
         else:
             degree = 1.0 if i == 0 or i == last else 2.0
             friction = k.forward if slip[i] == FORWARD else -k.backward
-            w0 = work[NET, i] - friction + pivot * w0
-            w1 = work[NET_F, i] + pivot * w1
-            w2 = work[NET_R, i] + pivot * w2
-            # The row above, if it slides, takes 1 / (its own remaining degree) off the diagonal.
-            taken = work[PIVOT, i - 1] if i > 0 else 0.0
-            pivot = 1.0 / (degree - taken)
-            work[PIVOT, i] = pivot
-        work[W, i], work[W_F, i], work[W_R, i] = w0, w1, w2
-    for i in range(last, -1, -1):
+            taken = 1.0 / (degree - taken)
+            above = taken * (work[NET, i] - friction + above)
+            above_f = taken * (work[NET_F, i] + above_f)
+            above_r = taken * (work[NET_R, i] + above_r)
+            work[W, i], work[W_F, i], work[W_R, i] = above, above_f, above_r
+            work[PIVOT, i] = taken
+    for i in range(last - 1, -1, -1):
         if slip[i] != STUCK:
             pivot = work[PIVOT, i]
-            if i < last:
-                work[W, i] += work[W, i + 1]
-                work[W_F, i] += work[W_F, i + 1]
-                work[W_R, i] += work[W_R, i + 1]
-            work[W, i] *= pivot
-            work[W_F, i] *= pivot
-            work[W_R, i] *= pivot
+            work[W, i] += pivot * work[W, i + 1]
+            work[W_F, i] += pivot * work[W_F, i + 1]
+            work[W_R, i] += pivot * work[W_R, i + 1]
 
 
 @kernel
@@ -194,7 +189,7 @@ def _relax(state: NDArray[np.float64], work: NDArray[np.float64], now: Response,
         else:
             w, w_f, w_r = work[W, i], work[W_F, i], work[W_R, i]
             u[i] = u[i] * now.e_c + w * (1.0 - now.e_c) + w_f * now.s_f + w_r * now.s_r
-            v[i] = (w + w_f * now.e_f + w_r * now.r_f - u[i]) / k.damping
+            v[i] = (w + w_f * now.e_f + w_r * now.r_f - u[i]) * k.times.rate_c
 
 
 @kernel
@@ -241,7 +236,7 @@ def _first_event(
                 ))  # fmt: skip
         if time < first or (time == first and node < 0 and time < span):
             first, node = time, i
-            end = respond(first, k.tau_m, k.tau_f, k.damping)
+            end = respond(first, k.times)
             if first == 0.0:
                 break
     return first, node
@@ -249,16 +244,19 @@ def _first_event(
 
 @kernel
 def _height(p: float, q_f: float, q_r: float, sliding: bool, now: Response) -> float:
-    """Distance of a node to the border of its state: holding force to the limit, or velocity (times c) to 0."""
+    """Distance of a node to the border of its state: of its holding force to the limit, of c v to 0."""
     if sliding:
         return p * now.e_c + q_f * (now.e_f - now.s_f) + q_r * (now.r_f - now.s_r)
     return p + q_f * now.e_f + q_r * now.r_f
 
 
 @kernel
-def _slope(q_f: float, q_r: float, now: Response, tau_f: float) -> float:
-    """Rate of change of the force on a node; of `_height`, too, up to a positive factor's (for sliding nodes)."""
-    return (q_r * (now.e_m - now.r_f) - q_f * now.e_f) / tau_f
+def _slope(q_f: float, q_r: float, now: Response, rate_f: float) -> float:
+    """Rate of change of the force on a node.
+
+    It is that of the height of a stuck node and, up to a positive factor, of a sliding one's times exp(t / c).
+    """
+    return (q_r * (now.e_m - now.r_f) - q_f * now.e_f) * rate_f
 
 
 @kernel
@@ -287,26 +285,27 @@ def _exit_time(
         k: coefficients.
     """
     start, slope = p + q_f, q_r - q_f
-    at_end, slope_at_end = _height(p, q_f, q_r, sliding, end), _slope(q_f, q_r, end, k.tau_f)
+    at_end, slope_at_end = _height(p, q_f, q_r, sliding, end), _slope(q_f, q_r, end, k.times.rate_f)
     if start <= k.tolerance and slope < 0.0:  # at the border, on its way out
         if patient:
             return np.inf
         leaves = at_end < -k.tolerance
         if not leaves and slope_at_end > 0.0:
             turn = _turning_time(q_f, q_r, span, k)
-            now = respond(turn, k.tau_m, k.tau_f, k.damping)
+            now = respond(turn, k.times)
             leaves = _height(p, q_f, q_r, sliding, now) < -k.tolerance
         return 0.0 if leaves else np.inf
     if at_end < -k.tolerance:
         low = 0.0
         if start <= k.tolerance:  # at the border, on its way in: it leaves after the turn
             low = _turning_time(q_f, q_r, span, k)
-        return _root(p, q_f, q_r, sliding, low, span, k)
+        guess = span * start / (start - at_end) if low == 0.0 else 0.5 * (low + span)
+        return _root(p, q_f, q_r, sliding, low, span, guess, k)
     if slope < 0.0 and slope_at_end > 0.0:
         turn = _turning_time(q_f, q_r, span, k)
-        now = respond(turn, k.tau_m, k.tau_f, k.damping)
+        now = respond(turn, k.times)
         if _height(p, q_f, q_r, sliding, now) < -k.tolerance:
-            return _root(p, q_f, q_r, sliding, 0.0, turn, k)
+            return _root(p, q_f, q_r, sliding, 0.0, turn, 0.5 * turn, k)
     return np.inf
 
 
@@ -314,14 +313,13 @@ def _exit_time(
 def _turning_time(q_f: float, q_r: float, span: float, k: Coefficients) -> float:
     """Where the slope changes sign within `span`; `span` if it does not.
 
-    tau_f slope = q_r (e_m - r_f) - q_f e_f. Divided by e_f it is monotone in time, so that bisection by secants
-    cannot miss.
+    Divided by e_f it is monotone in time, so that bisection cannot miss.
     """
     low, high = 0.0, span
     rising = q_r - q_f < 0.0
     time = 0.5 * span
-    for _ in range(_NEWTON_PASSES):
-        slope = _slope(q_f, q_r, respond(time, k.tau_m, k.tau_f, k.damping), k.tau_f)
+    for _ in range(_PASSES):
+        slope = _slope(q_f, q_r, respond(time, k.times), k.times.rate_f)
         if (slope > 0.0) == rising:
             high = time
         else:
@@ -334,23 +332,27 @@ def _turning_time(q_f: float, q_r: float, span: float, k: Coefficients) -> float
 
 
 @kernel
-def _root(p: float, q_f: float, q_r: float, sliding: bool, low: float, high: float, k: Coefficients) -> float:
+def _root(
+    p: float, q_f: float, q_r: float, sliding: bool, low: float, high: float, guess: float, k: Coefficients
+) -> float:
     """Where the height falls through 0 between `low`, where it is positive, and `high`, where it is not."""
-    time = 0.5 * (low + high)
-    for _ in range(_NEWTON_PASSES):
-        now = respond(time, k.tau_m, k.tau_f, k.damping)
+    time = guess
+    for _ in range(_PASSES):
+        now = respond(time, k.times)
         height = _height(p, q_f, q_r, sliding, now)
-        slope = _slope(q_f, q_r, now, k.tau_f)
+        slope = _slope(q_f, q_r, now, k.times.rate_f)
         if sliding:
-            slope -= height / k.damping
+            slope -= height * k.times.rate_c
         if height > 0.0:
             low = time
         else:
             high = time
         better = time - height / slope if slope != 0.0 else low
-        if not low < better < high:
+        if not low <= better <= high:
             better = 0.5 * (low + high)
-        if abs(better - time) <= k.tolerance or better == low or better == high:
+        elif (better - time) ** 2 <= k.tolerance * _QUADRATIC:  # the next correction is of second order
+            return better
+        if better == time or high - low <= k.tolerance:
             return better
         time = better
     return time

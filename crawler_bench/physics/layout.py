@@ -1,4 +1,4 @@
-"""How a crawler lies in memory: one array for its state, one for scratch, so that a batch is one array too."""
+"""How a crawler lies in memory: one array for its state, one for scratch; a batch is such an array, too."""
 
 import numpy as np
 from numpy.typing import NDArray

@@ -1,7 +1,7 @@
 """How relaxations answer to relaxations: the functions of time that an interval without events is made of.
 
-Between events a spike's drive decays as e_m = exp(-t / tau_m). Forces and displacements follow it through up to
-two relaxations more, so every quantity is a sum of five functions of the time t since the interval began:
+Between events a spike's drive decays as e_m = exp(-t / tau_m). Forces and displacements follow it through up
+to two relaxations more, so every quantity is a sum of these functions of the time t since the interval began:
 
     e_f = exp(-t / tau_f)         a force left alone
     r_f                           the force that follows e_m:         tau_f r_f' = e_m - r_f,   r_f(0) = 0
@@ -45,18 +45,41 @@ def follow(time: float, tau_lead: float, tau_follow: float) -> float:
     return math.exp(-time / max(tau_follow, tau_lead)) / tau_follow * weight
 
 
-@kernel
-def respond(time: float, tau_m: float, tau_f: float, c: float) -> Response:
-    """Evaluate all functions at a time, for any time constants."""
-    e_m, e_f, e_c = math.exp(-time / tau_m), math.exp(-time / tau_f), math.exp(-time / c)
+class Relaxation(NamedTuple):
+    """Time constants, and what partial fractions need of them."""
+
+    tau_m: float
+    tau_f: float
+    c: float
+    rate_m: float
+    rate_f: float
+    rate_c: float
+    apart: bool  # whether the rates are far enough apart for partial fractions
+    over_f_m: float  # 1 / (1 - tau_f / tau_m), and so on; 0 where they are not
+    over_c_f: float
+    over_c_m: float
+
+
+def relaxation(tau_m: float, tau_f: float, c: float) -> Relaxation:
+    """Prepare time constants for `respond`."""
     f_m, c_f, c_m = 1.0 - tau_f / tau_m, 1.0 - c / tau_f, 1.0 - c / tau_m
-    if min(abs(f_m), abs(c_f), abs(c_m)) > _APART:
-        r_f = (e_m - e_f) / f_m
-        s_f = (e_f - e_c) / c_f
-        return Response(e_m, e_f, r_f, e_c, s_f, ((e_m - e_c) / c_m - s_f) / f_m)
-    r_f, s_f = follow(time, tau_m, tau_f), follow(time, tau_f, c)
-    s_r = time * time / (tau_f * c) * _second_difference(-time / tau_m, -time / tau_f, -time / c)
-    return Response(e_m, e_f, r_f, e_c, s_f, s_r)
+    apart = min(abs(f_m), abs(c_f), abs(c_m)) > _APART
+    over = (1.0 / f_m, 1.0 / c_f, 1.0 / c_m) if apart else (0.0, 0.0, 0.0)
+    return Relaxation(tau_m, tau_f, c, 1.0 / tau_m, 1.0 / tau_f, 1.0 / c, apart, *over)
+
+
+@kernel
+def respond(time: float, times: Relaxation) -> Response:
+    """Evaluate all functions at a time, for any time constants."""
+    e_m, e_f = math.exp(-time * times.rate_m), math.exp(-time * times.rate_f)
+    e_c = math.exp(-time * times.rate_c)
+    if times.apart:
+        r_f = (e_m - e_f) * times.over_f_m
+        s_f = (e_f - e_c) * times.over_c_f
+        return Response(e_m, e_f, r_f, e_c, s_f, ((e_m - e_c) * times.over_c_m - s_f) * times.over_f_m)
+    r_f, s_f = follow(time, times.tau_m, times.tau_f), follow(time, times.tau_f, times.c)
+    difference = _second_difference(-time * times.rate_m, -time * times.rate_f, -time * times.rate_c)
+    return Response(e_m, e_f, r_f, e_c, s_f, time * time * times.rate_f * times.rate_c * difference)
 
 
 @kernel
