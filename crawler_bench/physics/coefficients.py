@@ -20,6 +20,7 @@ class Coefficients(NamedTuple):
     stiffness: float  # c + dt, the factor of the Laplacian in an implicit Euler step
     forward: float  # friction limits, k L
     backward: float
+    may_balance: bool  # whether friction can balance with every node sliding
     pull_on_head: float  # share of f_0 that acts on node 0 and on node 1 (reading `head_muscle`)
     pull_on_neck: float
     neuron_rate: float
@@ -59,6 +60,7 @@ def coefficients(parameters: CrawlerParameters, tolerance: float = EVENT_TOLERAN
         stiffness=p.damping + p.dt,
         forward=p.forward_limit,
         backward=p.backward_limit,
+        may_balance=_may_balance(p),
         pull_on_head=0.0 if p.head_muscle == "none" else 1.0,
         pull_on_neck=-1.0 if p.head_muscle == "reaction" else 0.0,
         neuron_rate=p.neuron_rate,
@@ -80,4 +82,13 @@ def coefficients(parameters: CrawlerParameters, tolerance: float = EVENT_TOLERAN
         tolerance=tolerance,
         negligible=NEGLIGIBLE,
         contraction_sign=1.0 if p.observation == "most_contracted" else -1.0,
+    )
+
+
+def _may_balance(p: CrawlerParameters) -> bool:
+    """Whether some nodes that slide forward and all others backward meet the same total friction."""
+    nodes = p.n_segments + 1
+    return any(
+        math.isclose(n * p.forward_limit, (nodes - n) * p.backward_limit, rel_tol=1e-9)
+        for n in range(1, nodes)
     )

@@ -32,10 +32,15 @@ def act(
         n_steps: steps of dt in a decision; the exact integrator takes none.
         k: coefficients.
     """
-    if k.exact:
+    if not k.exact:
+        advance(state, work, action, n_steps, k)
+    elif not k.may_balance:
         cross_decision(state, work, action, k)
     else:
-        advance(state, work, action, n_steps, k)
+        before = state.copy()
+        if not cross_decision(state, work, action, k):
+            state[:] = before
+            advance(state, work, action, n_steps, k)
 
 
 @kernel

@@ -33,7 +33,7 @@ _QUADRATIC = 1e-2  # safety on the error of a Newton step, which is about its sq
 @kernel
 def cross_decision(
     state: NDArray[np.float64], work: NDArray[np.float64], action: int, k: Coefficients
-) -> None:
+) -> bool:
     """Advance the crawler by one decision interval with one neuron ON, from event to event.
 
     Args:
@@ -41,6 +41,10 @@ def cross_decision(
         work: (9, N + 1) scratch.
         action: the neuron that is ON.
         k: coefficients.
+
+    Returns:
+        False if it cannot: friction may balance with every node sliding, or all but one at its limit, and
+        leaves rigid motion free; then no event tells what happens.
     """
     _schedule(state, work, action, k)
     clock, idle = 0.0, 0
@@ -50,12 +54,15 @@ def cross_decision(
             until = min(until, work[SPIKE_AT, i], work[LIMIT_AT, i])
         span = until - clock
         crossed = _cross_interval(state, work, span, idle, k)
+        if k.may_balance and (state[SLIP] == STUCK).sum() <= 1:
+            return False
         idle = idle + 1 if crossed == 0.0 else 0
         if crossed < span:
             clock += crossed
         else:
             clock = until
             _excite_muscles(state, work, clock, action, k)
+    return True
 
 
 @kernel
@@ -254,7 +261,7 @@ def _height(p: float, q_f: float, q_r: float, sliding: bool, now: Response) -> f
 def _slope(q_f: float, q_r: float, now: Response, rate_f: float) -> float:
     """Rate of change of the force on a node.
 
-    It is that of the height of a stuck node and, up to a positive factor, of a sliding one's times exp(t / c).
+    It is that of a stuck node's height and, up to a positive factor, of exp(t / c) times a sliding one's.
     """
     return (q_r * (now.e_m - now.r_f) - q_f * now.e_f) * rate_f
 
@@ -370,7 +377,7 @@ def _switch(
     """Stop a sliding node, or let a stuck one go in the direction in which it is overloaded.
 
     With the last stuck node gone, nothing would resist rigid motion: the body jumps to the velocity at which
-    the slowest node that slides the other way sticks.
+    the slowest node that slides the other way sticks. (Unless friction balances: see `cross_decision`.)
     """
     if slip[node] != STUCK:
         slip[node] = STUCK
@@ -384,7 +391,7 @@ def _switch(
     direction = FORWARD if pull > 0.5 * (k.forward - k.backward) else BACKWARD
     slowest, best = -1, np.inf
     for i in range(last + 1):
-        if i != node and slip[i] == STUCK:
+        if k.may_balance or (i != node and slip[i] == STUCK):
             slip[node] = direction
             return
         if slip[i] == -direction:

@@ -62,9 +62,9 @@ class CrawlerParameters:
                 number = _as_float(value)
                 _require(math.isfinite(number) and number > 0, field.name, value, "a finite number above 0")
                 object.__setattr__(self, field.name, number)
-        if self.integrator == "step":
-            self._check_neuron_step()
-            self._check_decision_interval()
+        # For either integrator, so that the one can stand in for the other at any time.
+        self._check_neuron_step()
+        self._check_decision_interval()
         self._check_external_head_muscle()
 
     def _check_neuron_step(self) -> None:

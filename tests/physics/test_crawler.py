@@ -17,22 +17,9 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from crawler_bench.physics import CrawlerParameters
-from crawler_bench.physics.crawler import (
-    DISPLACEMENT,
-    DRIVE,
-    FORCE,
-    NEURON,
-    VELOCITY,
-    Coefficients,
-    advance,
-    centroid,
-    coefficients,
-    net_muscle_force,
-    rest_state,
-    strain_gradient,
-    strains,
-    workspace,
-)
+from crawler_bench.physics.coefficients import Coefficients, coefficients
+from crawler_bench.physics.crawler import advance, centroid, net_muscle_force, strain_gradient, strains
+from crawler_bench.physics.layout import DISPLACEMENT, DRIVE, FORCE, NEURON, VELOCITY, rest_state, workspace
 from tests.physics.reference import FRICTION_WIDTH, net_force, simulate
 
 Array = NDArray[np.float64]

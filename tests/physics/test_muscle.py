@@ -17,8 +17,11 @@ from numpy.typing import NDArray
 from scipy.integrate import quad
 
 from crawler_bench.physics import CrawlerParameters
-from crawler_bench.physics.crawler import DRIVE, FORCE, advance, coefficients, rest_state, workspace
-from crawler_bench.physics.muscle import force_gain, relax_muscle
+from crawler_bench.physics.coefficients import coefficients
+from crawler_bench.physics.crawler import advance
+from crawler_bench.physics.layout import DRIVE, FORCE, rest_state, workspace
+from crawler_bench.physics.muscle import relax_muscle
+from crawler_bench.physics.response import follow
 from tests.physics.reference import drive
 
 TIMES = st.floats(1e-3, 10.0)
@@ -88,9 +91,9 @@ def test_equal_and_nearly_equal_time_constants(tau: float, detune: float) -> Non
     """The textbook difference of two exponentials over tau_f - tau_m has no digits left here."""
     time = 0.37
     equal = time / tau * exp(-time / tau)
-    slope = (time / tau) * (time / (2.0 * tau) - 1.0) * exp(-time / tau)  # d force_gain / d ln tau_f
+    slope = (time / tau) * (time / (2.0 * tau) - 1.0) * exp(-time / tau)  # d follow / d ln tau_f
     expected = equal + slope * detune
-    assert force_gain(time, tau, tau * (1.0 + detune)) == pytest.approx(expected, rel=1e-11)
+    assert follow(time, tau, tau * (1.0 + detune)) == pytest.approx(expected, rel=1e-11)
 
 
 @pytest.mark.parametrize(
@@ -99,7 +102,7 @@ def test_equal_and_nearly_equal_time_constants(tau: float, detune: float) -> Non
 )
 def test_extreme_times_stay_finite(time: float, tau_m: float, tau_f: float) -> None:
     expected = (exp(-time / tau_m) - exp(-time / tau_f)) / (tau_m - tau_f) * tau_m
-    assert force_gain(time, tau_m, tau_f) == pytest.approx(expected, rel=1e-6, abs=1e-250)
+    assert follow(time, tau_m, tau_f) == pytest.approx(expected, rel=1e-6, abs=1e-250)
     F, f = relax_muscle(0.5, 0.5, time, tau_m, tau_f, 1.0)
     assert 0.0 <= F <= 0.5
     assert 0.0 <= f <= 0.5
