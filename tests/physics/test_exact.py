@@ -143,7 +143,7 @@ def test_forces_balance_at_the_end_of_every_decision(
         assert (v[backward] < 1e-11).all()
         assert (v[slip == 0] == 0).all()
         moved += int((slip != 0).any())
-    assert moved > 10 or p.muscle_force_max < 2 * p.forward_limit or neuron[0] * neuron[1] < 3
+    assert moved > 0
 
 
 @pytest.mark.parametrize(
