@@ -172,14 +172,16 @@ def test_what_is_not_a_run(tmp_path):
 
 
 CRAWL = """
-import crawler_bench
+import crawler_bench.physics
 from crawler_bench.bench.store import training_key
 from crawler_bench.config import RunConfig
-from crawler_bench.physics import crawler
-parameters = crawler_bench.physics.CrawlerParameters(n_segments=4)
-state, work = crawler.rest_state(4), crawler.workspace(4)
-crawler.advance(state, work, 2, 2000, crawler.coefficients(parameters))
-print(crawler_bench.__file__, training_key(RunConfig(), 0), repr(state[crawler.DISPLACEMENT].sum()))
+from crawler_bench.envs.transition import make_memory
+from crawler_bench.physics.coefficients import coefficients
+from crawler_bench.physics.crawler import advance
+memory = make_memory(4)
+parameters = crawler_bench.physics.CrawlerParameters(n_segments=4, integrator="step")
+advance(memory.state, memory.work, 2, 2000, coefficients(parameters))
+print(crawler_bench.__file__, training_key(RunConfig(), 0), repr(memory.state[0].sum()))
 """
 
 
