@@ -16,8 +16,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from crawler_bench.envs.crawler import CrawlerEnv
-from crawler_bench.envs.transition import RUNNING, Memory, Task, begin, transition
-from crawler_bench.physics.coefficients import Coefficients
+from crawler_bench.envs.randomness import State, live_state, random
+from crawler_bench.envs.transition import RUNNING, Memory, Task, begin, decide
 from crawler_bench.physics.compilation import kernel
 
 Callback = Callable[[dict[str, Any], dict[str, Any]], bool | None]
@@ -27,7 +27,7 @@ _TRANSPARENT_WRAPPERS = (gym.wrappers.OrderEnforcing, gym.wrappers.PassiveEnvChe
 
 
 @kernel
-def greedy(values: NDArray[np.float64], rng: np.random.Generator) -> int:
+def greedy(values: NDArray[np.float64], rng: State) -> int:
     """Index of the highest of the values, ties broken at random (a tie of m takes m - 1 draws)."""
     best, index, ties = -np.inf, 0, 0
     for a in range(values.size):
@@ -35,7 +35,7 @@ def greedy(values: NDArray[np.float64], rng: np.random.Generator) -> int:
             best, index, ties = values[a], a, 1
         elif values[a] == best:
             ties += 1
-            if rng.random() * ties < 1.0:
+            if random(rng) * ties < 1.0:
                 index = a
     return index
 
@@ -53,20 +53,19 @@ def learn_on_crawler(
     n_decisions: int,
     alpha: float,
     gamma: float,
-    rng: np.random.Generator,
+    rng: State,
     memory: Memory,
     task: Task,
-    k: Coefficients,
-    env_rng: np.random.Generator,
+    env_rng: State,
 ) -> int:
     """The loop of `QLearning.learn` on the crawler, compiled; gives the same Q to the last bit."""
     for _ in range(n_decisions):
         a = greedy(Q[o], rng)
-        o_next, r, _, _, end = transition(memory, a, task, k, env_rng)
+        o_next, r, _, _, _, end = decide(memory, a, task, env_rng)
         update(Q, o, a, r + gamma * Q[o_next].max(), alpha)
         o = o_next
         if end != RUNNING:  # both ends truncate: the update above has looked through them
-            o = begin(memory, task, k, env_rng)
+            o = begin(memory, task, env_rng)
     return o
 
 
@@ -177,9 +176,10 @@ class QLearning:
         assert self.env is not None
         assert self._observation is not None
         Q, alpha, gamma, o = self.q_table, self.learning_rate, self.discount, self._observation
+        rng = live_state(self.rng)
         first_o, first_a = self._start(self.env.observation_space), self._start(self.env.action_space)
         for _ in range(n_decisions):
-            a = greedy(Q[o], self.rng)
+            a = greedy(Q[o], rng)
             seen, r, terminated, truncated, _ = self.env.step(a + first_a)
             o_next = int(seen) - first_o
             update(Q, o, a, float(r) + (0.0 if terminated else gamma * Q[o_next].max()), alpha)
@@ -193,8 +193,8 @@ class QLearning:
         assert self.env is not None
         crawler: Any = self.env.unwrapped
         self._observation = learn_on_crawler(
-            self.q_table, self._observation or 0, n_decisions, self.learning_rate, self.discount, self.rng,
-            crawler.memory, crawler.task, crawler.coefficients, crawler.np_random,
+            self.q_table, self._observation or 0, n_decisions, self.learning_rate, self.discount,
+            live_state(self.rng), crawler.memory, crawler.task, crawler.generator_state,
         )  # fmt: skip
 
     def _runs_compiled(self) -> bool:
@@ -228,7 +228,8 @@ class QLearning:
         start_o = self._start(self.env.observation_space) if self.env else 0
         start_a = self._start(self.env.action_space) if self.env else 0
         seen = np.asarray(observation, dtype=np.int64)
-        chosen = [greedy(self.q_table[o - start_o], self._prediction_rng) + start_a for o in seen.ravel()]
+        rng = live_state(self._prediction_rng)
+        chosen = [greedy(self.q_table[o - start_o], rng) + start_a for o in seen.ravel()]
         return np.array(chosen, dtype=np.int64).reshape(seen.shape), state
 
     def save(self, path: str | Path) -> None:

@@ -32,7 +32,7 @@ def print_claims(claims: "pd.DataFrame") -> None:
     table = Table("claim", "paper", "ours", "95 % interval", "n", "verdict")
     for row in claims.to_dict("records"):
         low, high, verdict = row["low"], row["high"], row["verdict"]
-        interval = "all equal" if low == high else f"{short(low)} .. {short(high)}"
+        interval = "no spread" if low == high else f"{short(low)} .. {short(high)}"
         coloured = f"[{VERDICT_COLOURS.get(verdict, 'dim')}]{verdict}[/]"
         table.add_row(
             row["claim"], short(row["paper"]), short(row["ours"]), interval, str(row["n"]), coloured

@@ -10,18 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from crawler_bench.bench.record import Record
-from crawler_bench.envs.transition import (
-    Memory,
-    Task,
-    begin,
-    make_memory,
-    make_task,
-    transition,
-)
-from crawler_bench.physics.coefficients import Coefficients, coefficients
+from crawler_bench.envs.randomness import State, live_state, random
+from crawler_bench.envs.transition import Memory, Task, begin, decide, make_task
 from crawler_bench.physics.compilation import kernel
-from crawler_bench.physics.crawler import net_muscle_force
-from crawler_bench.physics.layout import DISPLACEMENT, FORCE, VELOCITY
+from crawler_bench.physics.layout import DISPLACEMENT, FORCE, POWER, VELOCITY, make_memory
 from crawler_bench.physics.parameters import CrawlerParameters
 
 Array = NDArray[np.float64]
@@ -64,20 +56,19 @@ def rollout(
         policy_seed: seed of the draws of a stochastic policy.
     """
     seeds = np.random.SeedSequence(start)
-    start_rng, noise_rng = (np.random.default_rng(seed) for seed in seeds.spawn(2))
-    policy_rng = np.random.default_rng([policy_seed, *start])
+    generators = [np.random.default_rng(seed) for seed in seeds.spawn(2)]
+    generators.append(np.random.default_rng([policy_seed, *start]))
+    start_rng, noise_rng, policy_rng = (live_state(generator) for generator in generators)
     n = parameters.n_segments
-    memory, k = make_memory(n), coefficients(parameters)
-    begin(memory, make_task(parameters), k, start_rng)
+    memory, quiet = make_memory(n), make_task(parameters)
+    begin(memory, quiet, start_rng)
     uniform = np.cumsum(np.full((n, n), 1.0 / n), axis=1)
     settle = round(warm_up / parameters.decision_interval)
-    observation = _crawl(
-        memory, 0, uniform, make_task(parameters), k, start_rng, start_rng, *_pages(settle, n)
-    )
+    observation = _crawl(memory, 0, uniform, quiet, start_rng, start_rng, *_pages(settle, n))
     steps = round(duration / parameters.decision_interval)
     samples, actions = _pages(steps, n)
     task = make_task(parameters, noise=noise)
-    _crawl(memory, observation, np.cumsum(table, axis=1), task, k, noise_rng, policy_rng, samples, actions)
+    _crawl(memory, observation, np.cumsum(table, axis=1), task, noise_rng, policy_rng, samples, actions)
     time = parameters.decision_interval * np.arange(steps + 1, dtype=np.float64)
     return Record(time, samples[:, 0], samples[:, 1], samples[:, 2], samples[:, 3], actions)
 
@@ -92,31 +83,26 @@ def _crawl(
     observation: int,
     cumulative: Array,
     task: Task,
-    k: Coefficients,
-    noise_rng: np.random.Generator,
-    policy_rng: np.random.Generator,
+    noise_rng: State,
+    policy_rng: State,
     samples: Array,
     actions: NDArray[np.int64],
 ) -> int:
     """Follow a table of cumulative action probabilities; fill `samples` and `actions`."""
-    _sample(memory, samples[0], k)
+    _sample(memory, samples[0])
     for t in range(actions.size):
         row = cumulative[observation]
-        drawn, action = policy_rng.random() * row[-1], 0
+        drawn, action = random(policy_rng) * row[-1], 0
         while row[action] <= drawn:
             action += 1
-        observation, _, _, _, _ = transition(memory, action, task, k, noise_rng)
+        observation = decide(memory, action, task, noise_rng).observation
         actions[t] = action
-        _sample(memory, samples[t + 1], k)
+        _sample(memory, samples[t + 1])
     return observation
 
 
 @kernel
-def _sample(memory: Memory, page: Array, k: Coefficients) -> None:
+def _sample(memory: Memory, page: Array) -> None:
     """Write displacement, velocity, force and power of every node."""
-    page[0] = memory.state[DISPLACEMENT]
-    page[1] = memory.state[VELOCITY]
-    page[2] = memory.state[FORCE]
-    net_muscle_force(page[2], page[3], k)
-    for j in range(page.shape[1]):
-        page[3, j] = abs(page[3, j] * page[1, j])
+    page[0], page[1] = memory[DISPLACEMENT], memory[VELOCITY]
+    page[2], page[3] = memory[FORCE], memory[POWER]

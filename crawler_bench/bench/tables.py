@@ -54,7 +54,7 @@ def claims_table(claims: pd.DataFrame) -> str:
 
 def _interval(low: float, high: float) -> str:
     if low == high:
-        return "all runs equal"
+        return "no spread"
     return "-" if math.isnan(low) else f"{short(low)} .. {short(high)}"
 
 

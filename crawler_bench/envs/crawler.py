@@ -7,11 +7,21 @@ import gymnasium as gym
 import numpy as np
 from numpy.typing import NDArray
 
-from crawler_bench.envs import transition as kernels
-from crawler_bench.envs.transition import EPISODE_DECISIONS, LIFETIME_DECISIONS, LIFETIME_DISTANCE
-from crawler_bench.physics.coefficients import coefficients
-from crawler_bench.physics.crawler import centroid, net_muscle_force
-from crawler_bench.physics.layout import DISPLACEMENT, FORCE, VELOCITY
+from crawler_bench.envs.randomness import live_state
+from crawler_bench.envs.transition import END_NAMES, RUNNING, begin_packed, decide_packed, make_task, pack
+from crawler_bench.physics.layout import (
+    DISPLACEMENT,
+    EPISODE_DECISIONS,
+    FORCE,
+    LIFETIME_DECISIONS,
+    LIFETIME_DISTANCE,
+    ODOMETER,
+    POWER,
+    STATE_ROWS,
+    STRAIN,
+    VELOCITY,
+    make_memory,
+)
 from crawler_bench.physics.parameters import CrawlerParameters
 
 Info = dict[str, Any]
@@ -117,20 +127,22 @@ class CrawlerEnv(gym.Env[np.int64, np.int64]):
             raise TypeError(f"parameters must be a CrawlerParameters, not {type(parameters).__name__}")
         self.parameters = parameters or CrawlerParameters()
         self.render_mode = render_mode
-        self.task = kernels.make_task(self.parameters, regularization, noise, episode_distance, time_limit)
-        self.coefficients = coefficients(self.parameters)
-        self.memory = kernels.make_memory(self.parameters.n_segments)
+        self.task = make_task(self.parameters, regularization, noise, episode_distance, time_limit)
+        self.memory = make_memory(self.parameters.n_segments)
+        self._packed_task = pack(self.task)
         self.observation_space = gym.spaces.Discrete(self.parameters.n_segments)
         self.action_space = gym.spaces.Discrete(self.parameters.n_segments)
+        self._viewed_generator: np.random.Generator | None = None
+        self._generator_state = np.empty(0, dtype=np.uint64)
         self._renderer: Any = None
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, Info]:
         """Put the crawler to rest and observe it; `options` has no meaning here."""
         super().reset(seed=seed)
-        observation = kernels.begin(self.memory, self.task, self.coefficients, self.np_random)
+        observation = begin_packed(self.memory, self._packed_task, self.generator_state)
         if self.render_mode == "human":
             self.render()
-        return observation, self._info(0.0, 0.0, kernels.RUNNING)
+        return observation, self._info(0.0, 0.0, 0.0, RUNNING)
 
     def step(self, action: Any) -> tuple[Any, float, bool, bool, Info]:
         """Hold one neuron ON for a decision interval.
@@ -141,50 +153,56 @@ class CrawlerEnv(gym.Env[np.int64, np.int64]):
         if not self.action_space.contains(action):
             last = self.parameters.n_segments - 1
             raise ValueError(f"action {action!r} is not possible: it must be a whole number from 0 to {last}")
-        observation, reward, displacement, gradient, end = kernels.transition(
-            self.memory, int(action), self.task, self.coefficients, self.np_random
+        observation, reward, displacement, gradient, centroid, end = decide_packed(
+            self.memory, int(action), self._packed_task, self.generator_state
         )
         if self.render_mode == "human":
             self.render()
-        return observation, reward, False, end != kernels.RUNNING, self._info(displacement, gradient, end)
+        info = self._info(displacement, gradient, centroid, end)
+        return observation, reward, False, end != RUNNING, info
 
-    def _info(self, displacement: float, gradient: float, end: int) -> Info:
-        state = self.memory.state
-        force, velocity = state[FORCE].copy(), state[VELOCITY].copy()
-        net_force = np.empty_like(force)
-        net_muscle_force(force, net_force, self.coefficients)
+    @property
+    def generator_state(self) -> NDArray[np.uint64]:
+        """(4,) live state of `np_random`, for compiled code."""
+        generator = self.np_random
+        if generator is not self._viewed_generator:
+            self._viewed_generator, self._generator_state = generator, live_state(generator)
+        return self._generator_state
+
+    def _info(self, displacement: float, gradient: float, centroid: float, end: int) -> Info:
+        page = self.memory[VELOCITY : STRAIN + 1].copy()
         return {
-            "time": float(self.memory.odometer[EPISODE_DECISIONS]) * self.parameters.decision_interval,
-            "centroid": centroid(state[DISPLACEMENT]),
+            "time": self.memory[ODOMETER, EPISODE_DECISIONS].item() * self.parameters.decision_interval,
+            "centroid": centroid,
             "displacement": displacement,
             "strain_gradient": gradient,
-            "strain": self.memory.strain.copy(),
-            "muscle_force": force,
-            "node_velocity": velocity,
-            "power": np.abs(net_force * velocity),
-            "end": kernels.END_NAMES[end],
+            "strain": page[STRAIN - VELOCITY, :-1],
+            "muscle_force": page[FORCE - VELOCITY],
+            "node_velocity": page[0],
+            "power": page[POWER - VELOCITY],
+            "end": END_NAMES[end],
         }
 
     @property
     def lifetime(self) -> tuple[float, float]:
         """Time (tau_theta) and distance (L) crawled in all episodes so far."""
-        odometer = self.memory.odometer
+        odometer = self.memory[ODOMETER]
         time = odometer[LIFETIME_DECISIONS] * self.parameters.decision_interval
         return float(time), float(odometer[LIFETIME_DISTANCE])
 
     def get_state(self) -> dict[str, Any]:
         """Everything that decides the future, as plain values that JSON can hold exactly."""
         return {
-            "state": self.memory.state.tolist(),
-            "odometer": self.memory.odometer.tolist(),
+            "state": self.memory[:STATE_ROWS].tolist(),
+            "odometer": self.memory[ODOMETER, :3].tolist(),
             "generator": self.np_random.bit_generator.state,
         }
 
     def set_state(self, snapshot: dict[str, Any]) -> None:
         """Go on from what `get_state` gave, in this or another process."""
-        self.memory.state[:] = snapshot["state"]
-        self.memory.odometer[:] = snapshot["odometer"]
-        self.memory.strain[:] = np.diff(self.memory.state[DISPLACEMENT])
+        self.memory[:STATE_ROWS] = snapshot["state"]
+        self.memory[ODOMETER, :3] = snapshot["odometer"]
+        self.memory[STRAIN, :-1] = np.diff(self.memory[DISPLACEMENT])
         self.np_random.bit_generator.state = snapshot["generator"]
 
     def render(self) -> NDArray[np.uint8] | None:
@@ -198,8 +216,8 @@ class CrawlerEnv(gym.Env[np.int64, np.int64]):
             return None
         from crawler_bench.envs.rendering import draw_crawler, show
 
-        time = float(self.memory.odometer[EPISODE_DECISIONS]) * self.parameters.decision_interval
-        picture = draw_crawler(self.memory.state[DISPLACEMENT], time)
+        time = float(self.memory[ODOMETER, EPISODE_DECISIONS]) * self.parameters.decision_interval
+        picture = draw_crawler(self.memory[DISPLACEMENT], time)
         if self.render_mode == "rgb_array":
             return picture
         self._renderer = show(picture, self._renderer, self.metadata["render_fps"])
@@ -212,7 +230,7 @@ class CrawlerEnv(gym.Env[np.int64, np.int64]):
             self._renderer = None
 
     def __getstate__(self) -> dict[str, Any]:
-        return self.__dict__ | {"_renderer": None}
+        return self.__dict__ | {"_renderer": None, "_viewed_generator": None, "_generator_state": None}
 
 
 def _require_at_least_zero(name: str, value: float) -> None:

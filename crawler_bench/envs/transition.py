@@ -1,6 +1,7 @@
 """One decision of the crawler as a compiled function: act, observe, reward, end.
 
-Both `CrawlerEnv.step` and every compiled loop over decisions go through it, so they agree to the last bit.
+`CrawlerEnv.step`, the vector environment and every compiled loop over decisions go through `decide`, so they
+agree to the last bit.
 """
 
 import math
@@ -9,36 +10,52 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from crawler_bench.physics.coefficients import Coefficients
+from crawler_bench.envs.randomness import State, random
+from crawler_bench.physics.coefficients import Coefficients, coefficients
 from crawler_bench.physics.compilation import kernel
-from crawler_bench.physics.crawler import act, centroid, strain_gradient, strains
-from crawler_bench.physics.layout import DISPLACEMENT, rest_state, workspace
+from crawler_bench.physics.crawler import act, centroid, net_muscle_force, strain_gradient, strains
+from crawler_bench.physics.layout import (
+    DISPLACEMENT,
+    EPISODE_DECISIONS,
+    FORCE,
+    LIFETIME_DECISIONS,
+    LIFETIME_DISTANCE,
+    ODOMETER,
+    POWER,
+    STATE_ROWS,
+    STRAIN,
+    VELOCITY,
+    WORK,
+)
 from crawler_bench.physics.parameters import CrawlerParameters
+from crawler_bench.physics.response import Relaxation, Response
+
+Memory = NDArray[np.float64]  # (ROWS, N + 1), see physics/layout.py
 
 RUNNING, DISTANCE, TIME = range(3)
 END_NAMES = (None, "distance", "time")
 
-# Entries of the odometer.
-EPISODE_DECISIONS, LIFETIME_DECISIONS, LIFETIME_DISTANCE = range(3)
-
 
 class Task(NamedTuple):
-    """What is asked of the crawler, as the kernels need it."""
+    """What is asked of which crawler, as the kernels need it."""
 
     steps_per_decision: int
     regularization: float  # epsilon of [M20, eq. 11]
     noise: float  # largest error s of a sensed strain
     episode_distance: float  # L
     episode_decisions: float  # decisions until the time limit
+    k: Coefficients
 
 
-class Memory(NamedTuple):
-    """All that changes while a crawler lives."""
+class Decision(NamedTuple):
+    """What comes of a decision."""
 
-    state: NDArray[np.float64]  # (6, N + 1), see physics/layout.py
-    strain: NDArray[np.float64]  # (N,) contraction positive
-    odometer: NDArray[np.float64]  # (3,) decisions in this episode; decisions and distance in all episodes
-    work: NDArray[np.float64]  # (9, N + 1) scratch
+    observation: int  # [M20, eq. 9]
+    reward: float  # [M20, eq. 11]
+    displacement: float  # of the centroid, L
+    gradient: float  # r_2 of eq. 11
+    centroid: float  # L
+    end: int  # RUNNING, or ended by DISTANCE or TIME
 
 
 def make_task(
@@ -56,93 +73,126 @@ def make_task(
         episode_distance=float(episode_distance),
         # The last decision may begin before the time limit, never at it; rounding must not add one.
         episode_decisions=float(np.ceil(time_limit / parameters.decision_interval * (1 - 1e-12))),
+        k=coefficients(parameters),
     )
 
 
-def make_memory(n_segments: int) -> Memory:
-    """The memory of a crawler that has not begun to live."""
-    return Memory(rest_state(n_segments), np.zeros(n_segments), np.zeros(3), workspace(n_segments))
+def pack(task: Task) -> NDArray[np.float64]:
+    """A task as one array, (n,), which costs less to hand to a kernel; `unpack` undoes it."""
+    flat: list[float] = []
+    for value in (*task[:-1], *task.k):
+        flat.extend(value) if isinstance(value, tuple) else flat.append(value)
+    return np.array(flat, dtype=np.float64)
 
 
 @kernel
-def begin(memory: Memory, task: Task, k: Coefficients, rng: np.random.Generator) -> int:
+def unpack(c: NDArray[np.float64]) -> Task:
+    """Undo `pack`."""
+    return Task(
+        int(c[0]), c[1], c[2], c[3], c[4],
+        Coefficients(
+            c[5] != 0.0, c[6], c[7], c[8], c[9], c[10], c[11], c[12] != 0.0, c[13], c[14], c[15], c[16],
+            c[17], c[18], c[19] != 0.0, c[20], c[21], c[22], c[23], c[24], c[25], c[26],
+            Relaxation(c[27], c[28], c[29], c[30], c[31], c[32], c[33] != 0.0, c[34], c[35], c[36]),
+            Response(c[37], c[38], c[39], c[40], c[41], c[42]),
+            c[43], c[44], c[45], c[46], c[47],
+        ),
+    )  # fmt: skip
+
+
+@kernel
+def begin(memory: Memory, task: Task, rng: State) -> int:
     """Put the crawler back to rest, undeformed, and observe it.
 
     Args:
         memory: changed in place; the lifetime entries of the odometer stay.
         task: the task.
-        k: coefficients of the physics.
         rng: breaks ties, draws the noise.
 
     Returns:
         The observation.
     """
-    memory.state[:] = 0.0
-    memory.strain[:] = 0.0
-    memory.odometer[EPISODE_DECISIONS] = 0.0
-    return observe(memory.strain, k.contraction_sign, task.noise, rng)
+    memory[:STATE_ROWS] = 0.0
+    memory[STRAIN] = 0.0
+    memory[POWER] = 0.0
+    memory[ODOMETER, EPISODE_DECISIONS] = 0.0
+    return observe(memory, task, rng)
 
 
 @kernel
-def transition(
-    memory: Memory, action: int, task: Task, k: Coefficients, rng: np.random.Generator
-) -> tuple[int, float, float, float, int]:
+def decide(memory: Memory, action: int, task: Task, rng: State) -> Decision:
     """Hold one neuron ON for a decision interval.
 
     Args:
         memory: changed in place.
         action: the neuron, 0 to N - 1.
         task: the task.
-        k: coefficients of the physics.
         rng: breaks ties, draws the noise.
-
-    Returns:
-        Observation [M20, eq. 9]; reward [M20, eq. 11]; its two terms, the centroid's displacement (L) and
-        the strain gradient r_2; and whether the episode is RUNNING or has ended by DISTANCE or TIME.
     """
-    u = memory.state[DISPLACEMENT]
+    u, odometer = memory[DISPLACEMENT], memory[ODOMETER]
     before = centroid(u)
-    act(memory.state, memory.work, action, task.steps_per_decision, k)
+    act(memory[:STATE_ROWS], memory[WORK:], action, task.steps_per_decision, task.k)
     after = centroid(u)
-    displacement = after - before
-    gradient = strain_gradient(u)
-    reward = displacement - task.regularization * gradient
-    strains(u, memory.strain)
-    observation = observe(memory.strain, k.contraction_sign, task.noise, rng)
-    memory.odometer[EPISODE_DECISIONS] += 1.0
-    memory.odometer[LIFETIME_DECISIONS] += 1.0
-    memory.odometer[LIFETIME_DISTANCE] += displacement
+    displacement, gradient = after - before, strain_gradient(u)
+    strains(u, memory[STRAIN])
+    _measure_power(memory, task.k)
+    odometer[EPISODE_DECISIONS] += 1.0
+    odometer[LIFETIME_DECISIONS] += 1.0
+    odometer[LIFETIME_DISTANCE] += displacement
     end = RUNNING
     if after >= task.episode_distance:
         end = DISTANCE
-    elif memory.odometer[EPISODE_DECISIONS] >= task.episode_decisions:
+    elif odometer[EPISODE_DECISIONS] >= task.episode_decisions:
         end = TIME
-    return observation, reward, displacement, gradient, end
+    observation = observe(memory, task, rng)
+    reward = displacement - task.regularization * gradient
+    return Decision(observation, reward, displacement, gradient, after, end)
 
 
 @kernel
-def observe(strain: NDArray[np.float64], sign: float, noise: float, rng: np.random.Generator) -> int:
+def decide_packed(memory: Memory, action: int, packed: NDArray[np.float64], rng: State) -> Decision:
+    """`decide` with a packed task, to be called from Python."""
+    return decide(memory, action, unpack(packed), rng)
+
+
+@kernel
+def begin_packed(memory: Memory, packed: NDArray[np.float64], rng: State) -> int:
+    """`begin` with a packed task, to be called from Python."""
+    return begin(memory, unpack(packed), rng)
+
+
+@kernel
+def _measure_power(memory: Memory, k: Coefficients) -> None:
+    """Write the power of every node: net muscle force times speed [M20, eq. 13]."""
+    power, velocity = memory[POWER], memory[VELOCITY]
+    net_muscle_force(memory[FORCE], power, k)
+    for j in range(power.size):
+        power[j] = abs(power[j] * velocity[j])
+
+
+@kernel
+def observe(memory: Memory, task: Task, rng: State) -> int:
     """Index of the segment that is sensed as most contracted [M20, eq. 9], ties broken at random.
 
     Args:
-        strain: (N,) contraction positive.
-        sign: 1 to look for the most contracted segment, -1 for the most stretched.
-        noise: each strain is sensed with an error, uniform in [-noise, noise].
+        memory: its strains are read.
+        task: the task; each strain is sensed with an error, uniform in [-noise, noise].
         rng: draws the errors (none when noise is 0) and breaks ties.
 
     Returns:
         The index, 0 to N - 1.
     """
+    strain, noise, sign = memory[STRAIN], task.noise, task.k.contraction_sign
     best, index, ties = -math.inf, 0, 0
-    for i in range(strain.size):
+    for i in range(strain.size - 1):
         sensed = strain[i]
         if noise > 0.0:
-            sensed += noise * (2.0 * rng.random() - 1.0)
+            sensed += noise * (2.0 * random(rng) - 1.0)
         sensed *= sign
         if sensed > best:
             best, index, ties = sensed, i, 1
         elif sensed == best:
             ties += 1
-            if rng.random() * ties < 1.0:  # the i-th of equal candidates replaces the others with 1 / i
+            if random(rng) * ties < 1.0:  # the i-th of equal candidates replaces the others with 1 / i
                 index = i
     return index

@@ -123,9 +123,9 @@ def strains(u: NDArray[np.float64], strain: NDArray[np.float64]) -> None:
 
     Args:
         u: (N + 1,) displacements, L.
-        strain: (N,) written; strain[i] = u_{i+1} - u_i.
+        strain: (N or more,) its first N entries are written; strain[i] = u_{i+1} - u_i.
     """
-    for i in range(strain.size):
+    for i in range(u.size - 1):
         strain[i] = u[i + 1] - u[i]
 
 

@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from crawler_bench.bench import store
+from crawler_bench.bench import evaluation, store, training
 from crawler_bench.bench.sweep import Cell, read_outcomes, run_cells
 from crawler_bench.config import RunConfig, override
 
@@ -64,17 +64,20 @@ def test_every_cell_is_trained_and_evaluated(finished):
     assert len(manifests(root)) == 2 * len(CELLS)
 
 
-def test_finished_cells_are_only_looked_up(finished):
+def test_finished_cells_are_only_looked_up(finished, monkeypatch):
     root, outcomes = finished
     before = manifests(root)
+    monkeypatch.setattr(training, "make_agent", None)  # whoever trains or measures again, fails
+    monkeypatch.setattr(evaluation, "measure", None)
     again = run_cells(CELLS, root, jobs=1, quiet=True)
     assert again == outcomes
     assert manifests(root) == before
 
 
-def test_another_evaluation_does_not_train_again(finished):
+def test_another_evaluation_does_not_train_again(finished, monkeypatch):
     root, outcomes = finished
     before = manifests(root)
+    monkeypatch.setattr(training, "make_agent", None)
     changed = override(RUN, {"evaluation.starts": 1}, "test")
     (outcome,) = run_cells([Cell("regularized", changed, 0)], root, jobs=1, quiet=True)
     assert outcome.folder == outcomes[0].folder

@@ -13,6 +13,7 @@ from stable_baselines3.common.vec_env import DummyVecEnv
 import crawler_bench
 from agents.qlearning import QLearning, greedy, update
 from crawler_bench.envs.crawler import CrawlerEnv
+from crawler_bench.envs.randomness import live_state
 
 
 class Chain(gym.Env[int, int]):
@@ -49,7 +50,8 @@ def test_update_is_equation_12() -> None:
 
 
 def test_ties_are_broken_evenly() -> None:
-    rng = np.random.default_rng(0)
+    generator = np.random.default_rng(0)
+    rng = live_state(generator)
     counts = np.bincount([greedy(np.array([1.0, 3.0, 3.0, 0.0, 3.0]), rng) for _ in range(6000)], minlength=5)
     assert counts[[0, 3]].sum() == 0
     assert counts[[1, 2, 4]].min() > 1850
