@@ -10,4 +10,8 @@ __version__ = "0.1.0"
 ENV_ID = "crawler_bench/Crawler-v0"
 
 if ENV_ID not in gym.registry:
-    gym.register(id=ENV_ID, entry_point="crawler_bench.envs.crawler:CrawlerEnv")
+    gym.register(
+        id=ENV_ID,
+        entry_point="crawler_bench.envs.crawler:CrawlerEnv",
+        vector_entry_point="crawler_bench.envs.vector:CrawlerVectorEnv",
+    )

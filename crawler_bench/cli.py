@@ -1,5 +1,6 @@
 """The command line: `crawler-bench`. Heavy imports wait until a command needs them."""
 
+import shlex
 from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -70,7 +71,7 @@ def reproduce(
     options = "".join([
         f" --preset {preset.value}" if preset is not Preset.paper else "",
         f" --seeds {seeds}" if seeds else "",
-        *(f" --set {word}" for word in set_ or []),
+        *(f" --set {shlex.quote(word)}" for word in set_ or []),
     ])  # fmt: skip
     if claim:
         frame = found.claims(claims, options)

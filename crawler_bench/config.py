@@ -83,7 +83,7 @@ def parse_seeds(value: Any) -> Any:
     Raises:
         ValueError: if it is none of these.
     """
-    if isinstance(value, str) and value.strip().isdigit():
+    if isinstance(value, str) and value.strip().isdecimal():
         value = int(value)
     if isinstance(value, int) and not isinstance(value, bool) and value >= 1:
         return tuple(range(value))
@@ -96,7 +96,8 @@ def parse_seeds(value: Any) -> Any:
     if (
         isinstance(value, list | tuple)
         and value
-        and all(isinstance(seed, int) and seed >= 0 for seed in value)
+        and all(isinstance(seed, int) and not isinstance(seed, bool) and seed >= 0 for seed in value)
+        and len(set(value)) == len(value)
     ):
         return tuple(value)
     raise ValueError("seeds are a number of them above 0, a range like 100-109, or a list like 3,5,8")
@@ -111,7 +112,7 @@ class Experiment(_Model):
     name: str
     run: RunConfig = RunConfig()
     seeds: Seeds = tuple(range(10))
-    grid: dict[str, tuple[Any, ...]] = {}  # dotted key: values
+    grid: dict[str, Annotated[tuple[Any, ...], Field(min_length=1)]] = {}  # dotted key: values
 
     def runs(self) -> Iterator[tuple[RunConfig, int]]:
         """Every run of the experiment, with its seed."""
@@ -229,7 +230,8 @@ def _build(model: type[Built], content: Mapping[str, Any], where: str) -> Built:
         return model.model_validate(content)
     except ValidationError as error:
         first = error.errors(include_url=False)[0]
-        place = [str(part) for part in first["loc"] if part != "run"]
+        loc = first["loc"][1:] if first["loc"][:1] == ("run",) else first["loc"]
+        place = [str(part) for part in loc]
         if first["type"] in ("extra_forbidden", "unexpected_keyword_argument"):
             names = _names_at(first["loc"][:-1], model)
             raise ConfigError(

@@ -20,6 +20,7 @@ ORDERLY = 1 / 3  # wave order from which on a gait is said to have waves at all
 TOGETHER = 0.5  # correlation of velocity from which on two neighbouring nodes move together
 POWERED = 0.01  # share of the body's peak power from which on a node counts as working
 PHASES = 50  # bins of a cycle
+BRIEF = 1.0  # tau: a shorter visit to a zone is an excursion (a wave stays ten times as long)
 ZONES = 3  # tail, middle, head: a wave has passed when it has gone round them
 
 
@@ -61,26 +62,37 @@ def most_contracted(record: Record) -> NDArray[np.int64]:
 def wave(record: Record) -> Wave:
     """Follow the most contracted segment through tail, middle and head.
 
-    On the three zones every change has one direction, so that a short excursion of the index undoes itself;
-    on single segments a jump over half of the body has none. Net progress round the zones, in units of
-    segments, over the distance that the index travels is the order. A cycle is one round, from the tail (in
-    a wave towards the head) to the tail again.
+    Between three zones every change has one direction, while a jump of the index over half of the body has
+    none. A visit to a zone that is shorter than BRIEF is an excursion and does not count. Net progress round
+    the zones, in units of segments, over the distance that the index travels is the order. A cycle is one
+    round: from the moment at which the wave leaves one end of the body for the other to the next such moment.
     """
     n = record.n_segments
     index = most_contracted(record)
-    zone = index * ZONES // n
-    towards_head = (zone[:-1] - zone[1:] + 1) % ZONES - 1
     half = n // 2
     travelled = int(np.abs((index[:-1] - index[1:] + half) % n - half).sum())
-    progress = np.cumsum(towards_head)
-    order = float(np.clip(progress[-1] / ZONES * n / travelled, -1, 1)) if travelled else 0.0
+    times, zones = _zone_visits(record.time, index * ZONES // n)
+    progress = np.cumsum((zones[:-1] - zones[1:] + 1) % ZONES - 1)  # towards the head
+    if not travelled or not progress.size:
+        return Wave(0.0, np.empty(0))
+    order = float(np.clip(progress[-1] / ZONES * n / travelled, -1, 1))
     if abs(order) < ORDERLY:
         return Wave(order, np.empty(0))
-    # A passage begins where the wave leaves one end of the body for the other: so many zones from the start.
-    first = int(zone[0]) + 1 if order > 0 else ZONES - int(zone[0])
+    # The first passage begins so many zones from the start: where the wave has left the other end.
+    first = int(zones[0]) + 1 if order > 0 else ZONES - int(zones[0])
     furthest = np.maximum.accumulate(progress if order > 0 else -progress)
     rounds = np.maximum(furthest - first + ZONES, 0) // ZONES
-    return Wave(order, record.time[1:][np.diff(rounds, prepend=0) > 0])
+    return Wave(order, times[1:][np.diff(rounds, prepend=0) > 0])
+
+
+def _zone_visits(time: Array, zone: NDArray[np.int64]) -> tuple[Array, NDArray[np.int64]]:
+    """When each lasting visit to a zone begins, and which zone; successive visits are to different zones."""
+    begins = np.flatnonzero(np.diff(zone, prepend=zone[0] - 1))
+    lasting = np.diff(time[begins], append=time[-1]) >= BRIEF
+    begins = begins[lasting]
+    visited = zone[begins]
+    new = np.diff(visited, prepend=-1) != 0
+    return time[begins][new], visited[new]
 
 
 def peak_contraction(record: Record) -> float:

@@ -60,6 +60,8 @@ def _kept_speed(experiment: str) -> Callable[[Results], Estimate]:
 
     def measure(results: Results) -> Estimate:
         speeds = results.noisy_speed(experiment)
+        if 0.0 not in speeds:
+            return stats.estimate([])
         noisy = speeds[[s for s in speeds.columns if 0 < float(s) <= HIGH_NOISE]].mean(axis=1)
         excess = stats.relative_excess(noisy, speeds[0.0])
         return Estimate(excess.value + 1, excess.low + 1, excess.high + 1, excess.n)
@@ -69,6 +71,8 @@ def _kept_speed(experiment: str) -> Callable[[Results], Estimate]:
 
 def _lost_speed(results: Results) -> Estimate:
     speeds = results.noisy_speed(UNREG)
+    if not {0.0, HIGH_NOISE} <= set(speeds.columns):
+        return stats.estimate([])
     return stats.paired_difference(speeds[0.0], speeds[HIGH_NOISE])
 
 

@@ -128,6 +128,8 @@ def _write_policies(found: Reproduction, folder: Path) -> None:
 def representative(found: Reproduction, experiment: str) -> tuple[Outcome, Evaluation]:
     """The run to show for an experiment: of those with the commonest policy, the median one by speed."""
     runs = found.runs[found.runs["experiment"] == experiment]
+    if runs.empty:
+        raise RuntimeError(f"no run of {experiment} succeeded: there is nothing to draw")
     shared = runs["policy"].map(runs["policy"].value_counts())
     commonest = runs[shared == shared.max()].sort_values(["speed", "seed"])
     seed = int(commonest.iloc[(len(commonest) - 1) // 2]["seed"])

@@ -143,6 +143,8 @@ def crossover(x: ArrayLike, rising: ArrayLike, falling: ArrayLike) -> tuple[Esti
     """
     at = np.asarray(x, dtype=np.float64)
     difference = np.asarray(rising, dtype=np.float64) - np.asarray(falling, dtype=np.float64)
+    if len(difference) == 0:
+        return estimate([]), float("nan")
     rng = np.random.default_rng(_SEED)
     resamples = rng.integers(len(difference), size=(RESAMPLES // 5, len(difference)))
     crossings = np.array([first_crossing(at, difference[chosen].mean(axis=0)) for chosen in resamples])

@@ -16,7 +16,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from datetime import UTC, datetime
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
@@ -25,10 +25,16 @@ from typing import Any
 import yaml
 
 from crawler_bench.config import EvaluationConfig, RunConfig, to_mapping, to_yaml
-from crawler_bench.physics.compilation import KERNEL_SOURCES, source_hash
+from crawler_bench.physics.compilation import KERNEL_HASH, source_hash
 
 MANIFEST = "manifest.json"
 CONFIG = "config.yaml"
+# Of the sources as this process imported them, like KERNEL_HASH.
+_HERE = Path(__file__).parent
+TRAINING_HASH = source_hash(_HERE / "training.py")
+EVALUATION_HASH = source_hash(
+    *(_HERE / f"{name}.py" for name in ("record", "rollout", "metrics", "evaluation"))
+)
 PACKAGES = ("numpy", "scipy", "numba", "gymnasium", "stable-baselines3", "torch", "pandas", "matplotlib")
 
 
@@ -38,21 +44,15 @@ class NotARunError(ValueError):
 
 def training_key(config: RunConfig, seed: int) -> str:
     """Ten digits that name a training run: its configuration, its seed and the sources that it runs."""
-    content = to_mapping(config) | {
-        "seed": seed,
-        "sources": source_hash(*KERNEL_SOURCES, *_agent_sources(config)),
-    }
+    sources = [KERNEL_HASH, TRAINING_HASH, source_hash(*_agent_sources(config))]
+    content = to_mapping(config) | {"seed": seed, "sources": sources}
     del content["evaluation"]
     return _digest(content)
 
 
 def evaluation_key(config: EvaluationConfig) -> str:
     """Ten digits that name an evaluation: its configuration and the sources that measure."""
-    bench = Path(__file__).parent
-    sources = source_hash(
-        *KERNEL_SOURCES, *(bench / name for name in ("rollout.py", "metrics.py", "evaluation.py"))
-    )
-    return _digest(to_mapping(config) | {"sources": sources})
+    return _digest(to_mapping(config) | {"sources": [KERNEL_HASH, EVALUATION_HASH]})
 
 
 def _digest(content: dict[str, Any]) -> str:
@@ -113,17 +113,20 @@ def write_config(folder: Path, config: RunConfig, seed: int) -> None:
 def publish(folder: Path) -> Iterator[Path]:
     """Give a folder to write into that becomes `folder` when the block ends well, and vanishes otherwise.
 
-    If another process has published the same folder meanwhile, its copy, which is the same, stays.
+    If another process has published the same folder meanwhile, its copy, which is the same, stays. A folder
+    without a manifest, which somebody has broken, is replaced.
     """
     folder.parent.mkdir(parents=True, exist_ok=True)
     draft = Path(tempfile.mkdtemp(prefix=f".partial-{folder.name}-", dir=folder.parent))
     try:
         draft.chmod(0o755)
         yield draft
+        if folder.is_dir() and not (folder / MANIFEST).is_file():
+            folder.rename(tempfile.mkdtemp(prefix=f".partial-{folder.name}-broken-", dir=folder.parent))
         try:
             draft.rename(folder)
         except OSError:
-            if not folder.is_dir():
+            if not (folder / MANIFEST).is_file():
                 raise
     finally:
         shutil.rmtree(draft, ignore_errors=True)
@@ -132,8 +135,9 @@ def publish(folder: Path) -> Iterator[Path]:
 def sweep_drafts(root: Path, older_than: float = 3600.0) -> None:
     """Remove what killed processes left behind."""
     for draft in root.glob("**/.partial-*"):
-        if time.time() - draft.stat().st_mtime > older_than:
-            shutil.rmtree(draft, ignore_errors=True)
+        with suppress(FileNotFoundError):
+            if time.time() - draft.stat().st_mtime > older_than:
+                shutil.rmtree(draft, ignore_errors=True)
 
 
 def write_manifest(folder: Path, started: float, **facts: Any) -> None:

@@ -89,7 +89,8 @@ def runs_table(runs: pd.DataFrame) -> str:
     """The trained runs: policy and speed of each."""
     trained = runs[runs["experiment"].isin(["regularized", "unregularized"])]
     columns = ["experiment", "seed", "policy", "speed", "speed_moving", "stall_share", "cycle_duration"]
-    return trained[columns].map(short).to_markdown(index=False, disable_numparse=True)
+    shown = trained[columns].map(short).assign(policy=trained["policy"])
+    return shown.to_markdown(index=False, disable_numparse=True)
 
 
 def blocks(results: Path) -> dict[str, Callable[[], str]]:
@@ -102,7 +103,7 @@ def blocks(results: Path) -> dict[str, Callable[[], str]]:
         "claims": lambda: claims_table(claims()),
         "verdicts": lambda: verdict_counts(claims()),
         "not reproduced": lambda: not_reproduced(claims()),
-        "runs": lambda: runs_table(pd.read_csv(results / "runs.csv")),
+        "runs": lambda: runs_table(pd.read_csv(results / "runs.csv", dtype={"policy": str})),
         "parameters": parameters_table,
     }
 
@@ -114,6 +115,9 @@ def regenerate(document: str, results: Path) -> str:
         ValueError: if a block has no generator.
     """
     known = blocks(results)
+    begun, ended = (re.findall(rf"<!-- {word} ([\w ]+) -->", document) for word in ("begin", "end"))
+    if begun != ended:
+        raise ValueError(f"blocks begin ({', '.join(begun)}) that do not end ({', '.join(ended)})")
 
     def fill(match: re.Match[str]) -> str:
         name = match["name"]

@@ -51,7 +51,10 @@ def make_agent(config: RunConfig, env: gym.Env[Any, Any], seed: int) -> Any:
             if key not in known:
                 names = [name for name in known if name not in ("env", "seed")]
                 raise ConfigError(f"settings: {agent.__name__} knows no {key!r}{nearest(key, names)}")
-    return agent(env, seed=seed, **config.settings)
+    try:
+        return agent(env, seed=seed, **config.settings)
+    except TypeError as error:
+        raise ConfigError(f"settings {config.settings}: {error}") from None
 
 
 def agent_file(folder: Path) -> Path:

@@ -41,14 +41,18 @@ def source_hash(*places: Path) -> str:
     return digest.hexdigest()[:16]
 
 
+# Taken when this process imports the sources: an edit made meanwhile must not lend its name to their results.
+KERNEL_HASH = source_hash(*KERNEL_SOURCES)
+
+
 @functools.cache
 def cache_folder() -> Path:
-    """Folder of the compiled code for the sources as they are now.
+    """Folder of the compiled code for the sources as they were imported.
 
     `CRAWLER_BENCH_CACHE` moves it; where the user's cache cannot be written, the temporary folder serves.
     """
     home = os.environ.get("CRAWLER_BENCH_CACHE") or platformdirs.user_cache_dir("crawler-bench")
-    folder = Path(home) / source_hash(*KERNEL_SOURCES)
+    folder = Path(home) / KERNEL_HASH
     try:
         folder.mkdir(parents=True, exist_ok=True)
         if os.access(folder, os.W_OK):

@@ -1,0 +1,158 @@
+"""Many crawlers, each with its own body, task and generator, in one compiled call.
+
+Crawler i of a batch does what a `CrawlerEnv` with the same arguments and the same seed does, to the last bit:
+both go through `decide`.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from crawler_bench.envs.transition import RUNNING, begin, decide, make_task, pack, unpack
+from crawler_bench.physics.compilation import kernel
+from crawler_bench.physics.layout import ROWS
+from crawler_bench.physics.parameters import CrawlerParameters
+
+Array = NDArray[np.float64]
+
+# Columns of the outcome of a decision.
+REWARD, DISPLACED, GRADIENT, CENTROID = range(4)
+
+
+class CrawlerBatch:
+    """K crawlers and all that changes while they live.
+
+    Args:
+        parameters: one for each crawler, or one for all; all with the same number of segments.
+        num_envs: K.
+        regularization: one for each, or one for all; so the following.
+        noise: largest error of a sensed strain.
+        episode_distance: L.
+        time_limit: tau_theta.
+
+    Attributes:
+        memory: (K, ROWS, N + 1), see physics/layout.py.
+        tasks: (K, n) packed tasks.
+        generators: (K, 4) raw generator states.
+        observation: (K,) what each crawler senses now.
+        outcome: (K, 4) REWARD, DISPLACED, GRADIENT, CENTROID of the last decision.
+        end: (K,) how the episode ended with the last decision, or RUNNING.
+
+    Raises:
+        ValueError: if the numbers of segments differ, or there are not K of something.
+    """
+
+    def __init__(
+        self,
+        parameters: CrawlerParameters | Sequence[CrawlerParameters],
+        num_envs: int,
+        regularization: float | Sequence[float] = 0.01,
+        noise: float | Sequence[float] = 0.0,
+        episode_distance: float | Sequence[float] = 2.0,
+        time_limit: float | Sequence[float] = 1000.0,
+    ) -> None:
+        if num_envs < 1:
+            raise ValueError(f"num_envs = {num_envs!r} is not possible: it must be at least 1")
+        given = [parameters] * num_envs if isinstance(parameters, CrawlerParameters) else list(parameters)
+        settings = zip(
+            _each("parameters", given, num_envs),
+            *(
+                _each(name, value, num_envs)
+                for name, value in (
+                    ("regularization", regularization), ("noise", noise),
+                    ("episode_distance", episode_distance), ("time_limit", time_limit),
+                )
+            ),
+            strict=True,
+        )  # fmt: skip
+        self.parameters = given
+        if len({each.n_segments for each in given}) > 1:
+            raise ValueError("all crawlers of a batch need the same n_segments")
+        self.tasks = np.array([pack(make_task(*each)) for each in settings])
+        self.n_segments = given[0].n_segments
+        self.memory = np.zeros((num_envs, ROWS, self.n_segments + 1))
+        self.generators = np.zeros((num_envs, 4), dtype=np.uint64)
+        self.observation = np.zeros(num_envs, dtype=np.int64)
+        self.outcome = np.zeros((num_envs, 4))
+        self.end = np.zeros(num_envs, dtype=np.int64)
+
+    def seed(self, seeds: Sequence[int | None]) -> None:
+        """Seed each crawler's generator as `CrawlerEnv.reset(seed=...)` does; None leaves one as it is."""
+        for i, seed in enumerate(seeds):
+            if seed is not None:
+                self.generators[i] = _words(np.random.PCG64(np.random.SeedSequence(seed)))
+
+    def begin(self) -> None:
+        """Put every crawler to rest and observe it."""
+        _begin_all(self.memory, self.tasks, self.generators, self.observation)
+        self.outcome[:] = 0.0
+        self.end[:] = RUNNING
+
+    def decide(self, actions: NDArray[np.int64]) -> None:
+        """Hold one neuron of each crawler ON for a decision interval; ended episodes stay as they ended.
+
+        Args:
+            actions: (K,) from 0 to N - 1.
+        """
+        _decide_all(
+            self.memory, actions, self.tasks, self.generators, self.observation, self.outcome, self.end
+        )
+
+    def begin_ended(self) -> None:
+        """Put every crawler whose episode has ended to rest and observe it."""
+        _begin_ended(self.memory, self.tasks, self.generators, self.observation, self.end)
+
+
+def _each(name: str, value: object, num_envs: int) -> list[object]:
+    values = list(value) if isinstance(value, Sequence | np.ndarray) else [value] * num_envs
+    if len(values) != num_envs:
+        raise ValueError(f"{name} has {len(values)} values for {num_envs} crawlers")
+    return values
+
+
+def _words(generator: np.random.PCG64) -> list[int]:
+    """The four words of a generator's state, see envs/randomness.py."""
+    content = generator.state["state"]
+    word = 2**64
+    return [
+        content["state"] % word, content["state"] // word, content["inc"] % word, content["inc"] // word,
+    ]  # fmt: skip
+
+
+@kernel
+def _begin_all(
+    memory: Array, tasks: Array, generators: NDArray[np.uint64], observation: NDArray[np.int64]
+) -> None:
+    for i in range(memory.shape[0]):
+        observation[i] = begin(memory[i], unpack(tasks[i]), generators[i])
+
+
+@kernel
+def _begin_ended(
+    memory: Array,
+    tasks: Array,
+    generators: NDArray[np.uint64],
+    observation: NDArray[np.int64],
+    end: NDArray[np.int64],
+) -> None:
+    for i in range(memory.shape[0]):
+        if end[i] != RUNNING:
+            observation[i] = begin(memory[i], unpack(tasks[i]), generators[i])
+
+
+@kernel
+def _decide_all(
+    memory: Array,
+    actions: NDArray[np.int64],
+    tasks: Array,
+    generators: NDArray[np.uint64],
+    observation: NDArray[np.int64],
+    outcome: Array,
+    end: NDArray[np.int64],
+) -> None:
+    for i in range(memory.shape[0]):
+        made = decide(memory[i], actions[i], unpack(tasks[i]), generators[i])
+        observation[i], end[i] = made.observation, made.end
+        outcome[i, REWARD], outcome[i, DISPLACED] = made.reward, made.displacement
+        outcome[i, GRADIENT], outcome[i, CENTROID] = made.gradient, made.centroid
