@@ -86,9 +86,12 @@ def wave(record: Record) -> Wave:
 
 
 def _zone_visits(time: Array, zone: NDArray[np.int64]) -> tuple[Array, NDArray[np.int64]]:
-    """When each lasting visit to a zone begins, and which zone; successive visits are to different zones."""
+    """When each lasting visit to a zone begins, and which zone; successive visits are to different zones.
+
+    The last visit, which the end of the record cuts off, counts as lasting.
+    """
     begins = np.flatnonzero(np.diff(zone, prepend=zone[0] - 1))
-    lasting = np.diff(time[begins], append=time[-1]) >= BRIEF
+    lasting = np.diff(time[begins], append=np.inf) >= BRIEF
     begins = begins[lasting]
     visited = zone[begins]
     new = np.diff(visited, prepend=-1) != 0

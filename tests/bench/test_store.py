@@ -80,10 +80,10 @@ def test_the_sources_of_an_agent_change_its_key(tmp_path, monkeypatch):
 
 @pytest.mark.parametrize("name", ["record.py", "metrics.py", "rollout.py", "evaluation.py"])
 def test_the_sources_that_measure_change_the_key_of_an_evaluation(name, monkeypatch):
-    hashed = []
-    monkeypatch.setattr(store, "source_hash", lambda *places: hashed.extend(places) or "")
-    store.evaluation_key(EvaluationConfig())
-    assert name in {place.name for place in hashed}
+    assert name in {place.name for place in store.EVALUATION_SOURCES if place.is_file()}
+    before = store.evaluation_key(EvaluationConfig())
+    monkeypatch.setattr(store, "EVALUATION_HASH", "edited")
+    assert store.evaluation_key(EvaluationConfig()) != before
 
 
 def test_folder_names_are_readable():
@@ -117,10 +117,22 @@ def test_the_second_publisher_of_a_folder_leaves_the_first_ones(tmp_path):
     folder = tmp_path / "run"
     with store.publish(folder) as slow:
         (slow / "file").write_text("second")
+        (slow / store.MANIFEST).write_text("{}")
         with store.publish(folder) as quick:
             (quick / "file").write_text("first")
+            (quick / store.MANIFEST).write_text("{}")
     assert (folder / "file").read_text() == "first"
     assert [path.name for path in tmp_path.iterdir()] == ["run"]
+
+
+def test_a_folder_without_a_manifest_is_replaced(tmp_path):
+    folder = tmp_path / "run"
+    folder.mkdir()
+    (folder / "file").write_text("broken")
+    with store.publish(folder) as draft:
+        (draft / "file").write_text("whole")
+        (draft / store.MANIFEST).write_text("{}")
+    assert (folder / "file").read_text() == "whole"
 
 
 def test_drafts_of_killed_processes_are_swept(tmp_path):
@@ -175,13 +187,13 @@ CRAWL = """
 import crawler_bench.physics
 from crawler_bench.bench.store import training_key
 from crawler_bench.config import RunConfig
-from crawler_bench.envs.transition import make_memory
 from crawler_bench.physics.coefficients import coefficients
 from crawler_bench.physics.crawler import advance
-memory = make_memory(4)
+from crawler_bench.physics.layout import rest_state, workspace
+state = rest_state(4)
 parameters = crawler_bench.physics.CrawlerParameters(n_segments=4, integrator="step")
-advance(memory.state, memory.work, 2, 2000, coefficients(parameters))
-print(crawler_bench.__file__, training_key(RunConfig(), 0), repr(memory.state[0].sum()))
+advance(state, workspace(4), 2, 2000, coefficients(parameters))
+print(crawler_bench.__file__, training_key(RunConfig(), 0), repr(state[0].sum()))
 """
 
 

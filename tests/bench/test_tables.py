@@ -72,7 +72,7 @@ def test_the_table_of_claims():
     assert body == [
         ["it crawls", "Fig. 1", "yes", "1", "0.7 .. 1", "10", "✔ reproduced"],
         ["it is fast", "Fig. 2", "0.0056", "0.00493", "0.0045 .. 0.0052", "10", "◐ partly"],
-        ["it is slow", "Fig. 3", "> 0", "-0.5", "all runs equal", "1", "✘ not reproduced"],
+        ["it is slow", "Fig. 3", "> 0", "-0.5", "no spread", "1", "✘ not reproduced"],
         ["it sings", "Fig. 4", "33", "-", "-", "0", "no data"],
         ["it is quiet", "Fig. 5", "not given", "123", "120 .. 131", "10", "no number given"],
     ]
