@@ -46,7 +46,7 @@ class Memory(NamedTuple):
     state: NDArray[np.float64]  # (6, N + 1), see physics/crawler.py
     strain: NDArray[np.float64]  # (N,) contraction positive
     odometer: NDArray[np.float64]  # (3,) decisions in this episode; decisions and distance in all episodes
-    work: NDArray[np.float64]  # (2, N + 1) scratch
+    work: NDArray[np.float64]  # (4, N + 1) scratch
 
 
 def make_task(
