@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from crawler_bench.envs.randomness import State, random
 from crawler_bench.physics.coefficients import Coefficients, coefficients
-from crawler_bench.physics.compilation import kernel
+from crawler_bench.physics.compilation import step_kernel
 from crawler_bench.physics.crawler import act, centroid, net_muscle_force, strain_gradient, strains
 from crawler_bench.physics.layout import (
     DISPLACEMENT,
@@ -85,22 +85,22 @@ def pack(task: Task) -> NDArray[np.float64]:
     return np.array(flat, dtype=np.float64)
 
 
-@kernel
+@step_kernel
 def unpack(c: NDArray[np.float64]) -> Task:
     """Undo `pack`."""
     return Task(
         int(c[0]), c[1], c[2], c[3], c[4],
         Coefficients(
             c[5] != 0.0, c[6], c[7], c[8], c[9], c[10], c[11], c[12] != 0.0, c[13], c[14], c[15], c[16],
-            c[17], c[18], c[19] != 0.0, c[20], c[21], c[22], c[23], c[24], c[25], c[26],
-            Relaxation(c[27], c[28], c[29], c[30], c[31], c[32], c[33] != 0.0, c[34], c[35], c[36]),
-            Response(c[37], c[38], c[39], c[40], c[41], c[42]),
-            c[43], c[44], c[45], c[46], c[47],
+            c[17], c[18], c[19] != 0.0, c[20], c[21], c[22], c[23], c[24], c[25], c[26], c[27],
+            Relaxation(c[28], c[29], c[30], c[31], c[32], c[33], c[34] != 0.0, c[35], c[36], c[37]),
+            Response(c[38], c[39], c[40], c[41], c[42], c[43]),
+            c[44], c[45], c[46], c[47], c[48],
         ),
     )  # fmt: skip
 
 
-@kernel
+@step_kernel
 def begin(memory: Memory, task: Task, rng: State) -> int:
     """Put the crawler back to rest, undeformed, and observe it.
 
@@ -119,7 +119,7 @@ def begin(memory: Memory, task: Task, rng: State) -> int:
     return observe(memory, task, rng)
 
 
-@kernel
+@step_kernel
 def decide(memory: Memory, action: int, task: Task, rng: State) -> Decision:
     """Hold one neuron ON for a decision interval.
 
@@ -149,19 +149,19 @@ def decide(memory: Memory, action: int, task: Task, rng: State) -> Decision:
     return Decision(observation, reward, displacement, gradient, after, end)
 
 
-@kernel
+@step_kernel
 def decide_packed(memory: Memory, action: int, packed: NDArray[np.float64], rng: State) -> Decision:
     """`decide` with a packed task, to be called from Python."""
     return decide(memory, action, unpack(packed), rng)
 
 
-@kernel
+@step_kernel
 def begin_packed(memory: Memory, packed: NDArray[np.float64], rng: State) -> int:
     """`begin` with a packed task, to be called from Python."""
     return begin(memory, unpack(packed), rng)
 
 
-@kernel
+@step_kernel
 def _measure_power(memory: Memory, k: Coefficients) -> None:
     """Write the power of every node: net muscle force times speed [M20, eq. 13]."""
     power, velocity = memory[POWER], memory[VELOCITY]
@@ -170,7 +170,7 @@ def _measure_power(memory: Memory, k: Coefficients) -> None:
         power[j] = abs(power[j] * velocity[j])
 
 
-@kernel
+@step_kernel
 def observe(memory: Memory, task: Task, rng: State) -> int:
     """Index of the segment that is sensed as most contracted [M20, eq. 9], ties broken at random.
 

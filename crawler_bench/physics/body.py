@@ -17,17 +17,17 @@ max(min(v, r + forward), r - backward) = 0, with r = (c + dt) A v - g).
 import numpy as np
 from numpy.typing import NDArray
 
-from crawler_bench.physics.compilation import kernel
+from crawler_bench.physics.compilation import step_kernel
 
 FORWARD, STUCK, BACKWARD = 1.0, 0.0, -1.0
 _WARM_PASSES = 8
 # With every node sliding, rigid motion meets no resistance and the matrix is singular: with this pivot,
 # relative to the diagonal, forces out of balance drive a violent motion, which shows who has to stop.
-_RIGID_RESISTANCE = 1e-9
+RIGID_RESISTANCE = 1e-9
 _ROUNDING = 1e-13  # relative to the sum of their magnitudes, forces below this balance
 
 
-@kernel
+@step_kernel
 def balance_forces(
     g: NDArray[np.float64],
     v: NDArray[np.float64],
@@ -58,7 +58,7 @@ def balance_forces(
     return _WARM_PASSES + _balance_from_rest(g, v, slip, stiffness, forward, backward, pivot)
 
 
-@kernel
+@step_kernel
 def _solve_sliding(
     g: NDArray[np.float64],
     v: NDArray[np.float64],
@@ -79,12 +79,12 @@ def _solve_sliding(
             friction = forward if slip[i] == FORWARD else -backward
             degree = 1.0 if i == 0 or i == n - 1 else 2.0
             remaining = degree - coupling
-            if remaining < _RIGID_RESISTANCE:
-                remaining = _RIGID_RESISTANCE
+            if remaining < RIGID_RESISTANCE:
+                remaining = RIGID_RESISTANCE
             v[i] = (g[i] - friction) * scale + coupling * before
             pivot[i] = 1.0 / remaining
         before, coupling = v[i], pivot[i]
-    rigid = pivot[n - 1] * _RIGID_RESISTANCE > 0.5 and _balanced(v[n - 1], g, scale, forward + backward)
+    rigid = pivot[n - 1] * RIGID_RESISTANCE > 0.5 and _balanced(v[n - 1], g, scale, forward + backward)
     if rigid:
         v[n - 1] = 0.0
     v[n - 1] *= pivot[n - 1]
@@ -94,7 +94,7 @@ def _solve_sliding(
         _centre_rigid_motion(v, slip)
 
 
-@kernel
+@step_kernel
 def _balanced(total: float, g: NDArray[np.float64], scale: float, limits: float) -> bool:
     """Whether the sum of all forces, as the elimination leaves it in the last row, is 0 up to rounding."""
     magnitude = g.size * limits
@@ -103,7 +103,7 @@ def _balanced(total: float, g: NDArray[np.float64], scale: float, limits: float)
     return abs(total) <= _ROUNDING * magnitude * scale
 
 
-@kernel
+@step_kernel
 def _centre_rigid_motion(v: NDArray[np.float64], slip: NDArray[np.float64]) -> None:
     """Where friction balances at any rigid velocity, take the middle one of those that it allows.
 
@@ -119,7 +119,7 @@ def _centre_rigid_motion(v: NDArray[np.float64], slip: NDArray[np.float64]) -> N
         v += 0.5 * (lowest + highest)
 
 
-@kernel
+@step_kernel
 def _correct(
     g: NDArray[np.float64],
     v: NDArray[np.float64],
@@ -142,7 +142,7 @@ def _correct(
     return changed
 
 
-@kernel
+@step_kernel
 def _holding_force(g: NDArray[np.float64], v: NDArray[np.float64], stiffness: float, i: int) -> float:
     """Friction that it takes to hold the stuck node i."""
     pull: float = 0.0
@@ -153,14 +153,14 @@ def _holding_force(g: NDArray[np.float64], v: NDArray[np.float64], stiffness: fl
     return float(g[i] + stiffness * pull)
 
 
-@kernel
+@step_kernel
 def _slip_of_stuck(holding: float, forward: float, backward: float) -> float:
     if holding > forward:
         return FORWARD
     return BACKWARD if holding < -backward else STUCK
 
 
-@kernel
+@step_kernel
 def _balance_from_rest(
     g: NDArray[np.float64],
     v: NDArray[np.float64],

@@ -35,6 +35,7 @@ class Coefficients(NamedTuple):
     drive_decay: float  # exp(-dt / tau_m)
     force_decay: float  # exp(-dt / tau_f)
     force_gain: float  # force after dt per unit of drive at its start
+    limited_force_gain: float  # force after dt of a drive above 1
     times: Relaxation
     end: Response  # the responses at the end of a decision without events
     peak_time: float  # when the force that follows one unit of drive is greatest, and how great it is
@@ -75,6 +76,7 @@ def coefficients(parameters: CrawlerParameters, tolerance: float = EVENT_TOLERAN
         drive_decay=math.exp(-p.dt / p.tau_m),
         force_decay=math.exp(-p.dt / p.tau_f),
         force_gain=p.muscle_force_max * follow(p.dt, p.tau_m, p.tau_f),
+        limited_force_gain=-p.muscle_force_max * math.expm1(-p.dt / p.tau_f),
         times=times,
         end=respond(p.decision_interval, times),
         peak_time=peak_time,

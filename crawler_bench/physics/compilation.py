@@ -20,6 +20,7 @@ Arguments = ParamSpec("Arguments")
 Result = TypeVar("Result")
 
 config: Any = numba.config  # a module that numba fills while it is imported
+njit: Any = numba.njit  # its declared type lacks an option used here
 
 _PACKAGE = Path(__file__).resolve().parents[1]
 KERNEL_SOURCES = (_PACKAGE / "physics", _PACKAGE / "envs", _PACKAGE.parent / "agents")
@@ -66,10 +67,31 @@ def cache_folder() -> Path:
 
 def kernel(function: Callable[Arguments, Result]) -> Callable[Arguments, Result]:
     """Compile a function to machine code without the Python interpreter, cached on disk."""
+    return _compile(function)
+
+
+def step_kernel(function: Callable[Arguments, Result]) -> Callable[Arguments, Result]:
+    """Compile like `kernel` a function that allocates nothing: it counts no references to its arrays.
+
+    Numba counts them, with an atomic instruction each, where it cannot prove that they do not change. In a
+    loop over steps that takes longer than the physics.
+    """
+    return _compile(function, _nrt=False)
+
+
+def inner_kernel(function: Callable[Arguments, Result]) -> Callable[Arguments, Result]:
+    """Compile like `step_kernel` a function that becomes part of every kernel which calls it.
+
+    A call passes each array as seven numbers; over a few nodes that takes longer than the loop.
+    """
+    return _compile(function, _nrt=False, forceinline=True)
+
+
+def _compile(function: Callable[Arguments, Result], **options: bool) -> Callable[Arguments, Result]:
     previous = config.CACHE_DIR
     config.CACHE_DIR = str(cache_folder())  # read once, while the decorator below chooses its cache
     try:
-        compiled: Callable[Arguments, Result] = numba.njit(cache=True, error_model="numpy")(function)
+        compiled: Callable[Arguments, Result] = njit(cache=True, error_model="numpy", **options)(function)
     finally:
         config.CACHE_DIR = previous
     return compiled

@@ -12,14 +12,25 @@ from numpy.typing import NDArray
 
 from crawler_bench.physics.body import balance_forces
 from crawler_bench.physics.coefficients import Coefficients
-from crawler_bench.physics.compilation import kernel
+from crawler_bench.physics.compilation import inner_kernel, step_kernel
 from crawler_bench.physics.exact import cross_decision
 from crawler_bench.physics.layout import DISPLACEMENT, DRIVE, FORCE, NEURON, SLIP, VELOCITY
-from crawler_bench.physics.muscle import relax_muscle
-from crawler_bench.physics.neuron import NO_SPIKE, step_neuron
+from crawler_bench.physics.muscle import (
+    any_leaves_limiter,
+    leaves_limiter,
+    relax_muscle,
+    step_quiet_muscle,
+    step_quiet_muscles,
+)
+from crawler_bench.physics.neuron import NO_SPIKE, step_neuron, step_neurons_off
+from crawler_bench.physics.sliding import eliminate, factorize, substitute
+
+# Rows of the scratch memory: force on each node, factors of the sliding nodes, time of each neuron's spike.
+LOAD, PIVOT, FRICTION, SPIKE = range(4)
+BEFORE = 9  # and six rows for the state before a decision, behind those of the exact integrator
 
 
-@kernel
+@step_kernel
 def act(
     state: NDArray[np.float64], work: NDArray[np.float64], action: int, n_steps: int, k: Coefficients
 ) -> None:
@@ -27,7 +38,7 @@ def act(
 
     Args:
         state: (6, N + 1), changed in place.
-        work: (9, N + 1) scratch.
+        work: (15, N + 1) scratch.
         action: the neuron that is ON, 0 to N - 1; neuron N (tail) is ON whenever neuron 0 is [M20, eq. 10].
         n_steps: steps of dt in a decision; the exact integrator takes none.
         k: coefficients.
@@ -37,13 +48,21 @@ def act(
     elif not k.may_balance:
         cross_decision(state, work, action, k)
     else:
-        before = state.copy()
+        before = work[BEFORE:]
+        _copy(state, before)
         if not cross_decision(state, work, action, k):
-            state[:] = before
+            _copy(before, state)
             advance(state, work, action, n_steps, k)
 
 
-@kernel
+@step_kernel
+def _copy(source: NDArray[np.float64], target: NDArray[np.float64]) -> None:
+    for row in range(source.shape[0]):
+        for i in range(source.shape[1]):
+            target[row, i] = source[row, i]
+
+
+@step_kernel
 def advance(
     state: NDArray[np.float64], work: NDArray[np.float64], action: int, n_steps: int, k: Coefficients
 ) -> None:
@@ -51,42 +70,77 @@ def advance(
 
     Args:
         state: (6, N + 1), changed in place.
-        work: (9, N + 1) scratch.
+        work: (15, N + 1) scratch.
         action: the neuron that is ON, 0 to N - 1; neuron N (tail) is ON whenever neuron 0 is [M20, eq. 10].
         n_steps: number of steps of dt.
         k: coefficients.
     """
-    tail = state.shape[1] - 1
-    for _ in range(n_steps):
-        for i in range(tail + 1):
-            on = i == action or (i == tail and action == 0)
-            _step_muscle(state, i, on, k)
-        net_muscle_force(state[FORCE], work[0], k)
+    V, F, f, spike = state[NEURON], state[DRIVE], state[FORCE], work[SPIKE]
+    other = V.size - 1 if action == 0 else action
+    # A neuron that is OFF receives nothing, so one Moebius map takes it to the end of the call.
+    next_spike = step_neurons_off(V, spike, action, other, n_steps * k.dt, k.neuron_rate, k.spike_at_pi)
+    crossing = any_leaves_limiter(F, k.drive_decay)
+    factorize(state[SLIP], work[PIVOT], work[FRICTION], k.forward, k.backward)
+    for step in range(n_steps):
+        start = step * k.dt
+        end = start + k.dt if step < n_steps - 1 else np.inf  # rounding must not lose the last spike
+        next_spike = min(next_spike, _step_neuron_on(V, spike, action, start, k))
+        if other != action:
+            next_spike = min(next_spike, _step_neuron_on(V, spike, other, start, k))
+        if crossing or next_spike < end:
+            next_spike = _step_muscles(F, f, spike, start, end, k)
+            crossing = any_leaves_limiter(F, k.drive_decay)
+        else:
+            crossing = step_quiet_muscles(
+                F, f, k.drive_decay, k.force_decay, k.force_gain, k.limited_force_gain
+            )
         _step_body(state, work, k)
 
 
-@kernel
-def _step_muscle(state: NDArray[np.float64], i: int, on: bool, k: Coefficients) -> None:
-    """Advance neuron and muscle i by dt, exactly, with the spike (if any) at its own time."""
-    F, f = state[DRIVE, i], state[FORCE, i]
-    state[NEURON, i], spike = step_neuron(
-        state[NEURON, i], on, k.dt, k.neuron_rate, k.tan_rate_dt, k.spike_at_pi
-    )
-    if spike != NO_SPIKE:
-        F, f = relax_muscle(F, f, spike, k.tau_m, k.tau_f, k.force_max)
-        F, f = relax_muscle(F + k.spike_gain, f, k.dt - spike, k.tau_m, k.tau_f, k.force_max)
-    elif F > 1e-100 and F <= 1.0:
-        f = f * k.force_decay + F * k.force_gain
-        F *= k.drive_decay
-    elif F * k.drive_decay > 1.0:
-        f = k.force_max + (f - k.force_max) * k.force_decay
-        F *= k.drive_decay
-    else:
-        F, f = relax_muscle(F, f, k.dt, k.tau_m, k.tau_f, k.force_max)
-    state[DRIVE, i], state[FORCE, i] = F, f
+@inner_kernel
+def _step_neuron_on(
+    V: NDArray[np.float64], spike: NDArray[np.float64], i: int, start: float, k: Coefficients
+) -> float:
+    """Advance neuron i, which is ON, by dt; note and return when it spikes, counted from the first step."""
+    V[i], delay = step_neuron(V[i], True, k.dt, k.neuron_rate, k.tan_rate_dt, k.spike_at_pi)
+    when = np.inf
+    if delay != NO_SPIKE:
+        when = start + delay
+        spike[i] = when
+    return when
 
 
-@kernel
+@step_kernel
+def _step_muscles(
+    F: NDArray[np.float64],
+    f: NDArray[np.float64],
+    spike: NDArray[np.float64],
+    start: float,
+    end: float,
+    k: Coefficients,
+) -> float:
+    """Advance all muscles by dt, with spikes and falls through the limiter at their own times.
+
+    Spikes before `end` are struck off the list; the earliest of the others is returned.
+    """
+    remaining = np.inf
+    for i in range(F.size):
+        if spike[i] < end:
+            delay = min(max(spike[i] - start, 0.0), k.dt)
+            spike[i] = np.inf
+            F[i], f[i] = relax_muscle(F[i], f[i], delay, k.tau_m, k.tau_f, k.force_max)
+            F[i], f[i] = relax_muscle(F[i] + k.spike_gain, f[i], k.dt - delay, k.tau_m, k.tau_f, k.force_max)
+        elif leaves_limiter(F[i], k.drive_decay):
+            F[i], f[i] = relax_muscle(F[i], f[i], k.dt, k.tau_m, k.tau_f, k.force_max)
+        else:
+            F[i], f[i] = step_quiet_muscle(
+                F[i], f[i], k.drive_decay, k.force_decay, k.force_gain, k.limited_force_gain
+            )
+        remaining = min(remaining, spike[i])
+    return remaining
+
+
+@step_kernel
 def net_muscle_force(f: NDArray[np.float64], net: NDArray[np.float64], k: Coefficients) -> None:
     """Net muscle force on each node, B f of [M20, eq. 1-3], with the reading of the head muscle.
 
@@ -103,21 +157,21 @@ def net_muscle_force(f: NDArray[np.float64], net: NDArray[np.float64], k: Coeffi
     net[1] += k.pull_on_neck * f[0]
 
 
-@kernel
+@inner_kernel
 def _step_body(state: NDArray[np.float64], work: NDArray[np.float64], k: Coefficients) -> None:
-    """Implicit Euler step of the body under the net muscle force in work[0]."""
-    u, g = state[DISPLACEMENT], work[0]
-    for i in range(1, u.size):
-        tension = u[i - 1] - u[i]  # of the spring of segment i: it pulls node i forward
-        g[i] += tension
-        g[i - 1] -= tension
-    v = state[VELOCITY]
-    balance_forces(g, v, state[SLIP], k.stiffness, k.forward, k.backward, work[1])
+    """Implicit Euler step of the body; the factors in work belong to the states of the nodes all the time."""
+    u, v, slip, f = state[DISPLACEMENT], state[VELOCITY], state[SLIP], state[FORCE]
+    g, pivot, friction = work[LOAD], work[PIVOT], work[FRICTION]
+    eliminate(u, f, g, v, pivot, friction, k.pull_on_head, k.pull_on_neck, k.stiffness)
+    if not substitute(g, v, pivot, friction, k.stiffness, k.forward, k.backward):
+        balance_forces(g, v, slip, k.stiffness, k.forward, k.backward, pivot)
+        factorize(slip, pivot, friction, k.forward, k.backward)
     for i in range(u.size):
-        u[i] += k.dt * v[i]
+        if pivot[i] != 0.0:
+            u[i] += k.dt * v[i]
 
 
-@kernel
+@step_kernel
 def strains(u: NDArray[np.float64], strain: NDArray[np.float64]) -> None:
     """Strain of each segment, contraction positive [M20, eq. 9].
 
@@ -129,7 +183,7 @@ def strains(u: NDArray[np.float64], strain: NDArray[np.float64]) -> None:
         strain[i] = u[i + 1] - u[i]
 
 
-@kernel
+@step_kernel
 def strain_gradient(u: NDArray[np.float64]) -> float:
     """Largest change of strain from one segment to the next, r_2 of [M20, eq. 11]."""
     largest = 0.0
@@ -138,7 +192,7 @@ def strain_gradient(u: NDArray[np.float64]) -> float:
     return largest
 
 
-@kernel
+@step_kernel
 def centroid(u: NDArray[np.float64]) -> float:
     """Mean displacement of the nodes, L."""
     total = 0.0

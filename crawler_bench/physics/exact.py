@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from crawler_bench.physics.body import BACKWARD, FORWARD, STUCK
 from crawler_bench.physics.coefficients import Coefficients
-from crawler_bench.physics.compilation import kernel
+from crawler_bench.physics.compilation import inner_kernel, step_kernel
 from crawler_bench.physics.layout import DISPLACEMENT, DRIVE, FORCE, NEURON, SLIP, VELOCITY
 from crawler_bench.physics.neuron import first_spike, neuron_after
 from crawler_bench.physics.response import Response, respond
@@ -30,7 +30,7 @@ _PASSES = 100
 _QUADRATIC = 1e-2  # safety on the error of a Newton step, which is about its square
 
 
-@kernel
+@step_kernel
 def cross_decision(
     state: NDArray[np.float64], work: NDArray[np.float64], action: int, k: Coefficients
 ) -> bool:
@@ -38,7 +38,7 @@ def cross_decision(
 
     Args:
         state: (6, N + 1), changed in place.
-        work: (9, N + 1) scratch.
+        work: (15, N + 1) scratch.
         action: the neuron that is ON.
         k: coefficients.
 
@@ -54,7 +54,7 @@ def cross_decision(
             until = min(until, work[SPIKE_AT, i], work[LIMIT_AT, i])
         span = until - clock
         crossed = _cross_interval(state, work, span, idle, k)
-        if k.may_balance and (state[SLIP] == STUCK).sum() <= 1:
+        if k.may_balance and _stuck_nodes(state[SLIP]) <= 1:
             return False
         idle = idle + 1 if crossed == 0.0 else 0
         if crossed < span:
@@ -65,7 +65,15 @@ def cross_decision(
     return True
 
 
-@kernel
+@inner_kernel
+def _stuck_nodes(slip: NDArray[np.float64]) -> int:
+    count = 0
+    for i in range(slip.size):
+        count += int(slip[i] == STUCK)
+    return count
+
+
+@inner_kernel
 def _schedule(state: NDArray[np.float64], work: NDArray[np.float64], action: int, k: Coefficients) -> None:
     """Move the neurons to the end of the decision; note when each spikes first, when each limiter opens."""
     tail = state.shape[1] - 1
@@ -78,7 +86,7 @@ def _schedule(state: NDArray[np.float64], work: NDArray[np.float64], action: int
         work[LIMIT_AT, i] = k.tau_m * math.log(F[i]) if F[i] > 1.0 else np.inf
 
 
-@kernel
+@inner_kernel
 def _excite_muscles(
     state: NDArray[np.float64], work: NDArray[np.float64], clock: float, action: int, k: Coefficients
 ) -> None:
@@ -97,7 +105,7 @@ def _excite_muscles(
             work[SPIKE_AT, i] = again if again < k.decision else np.inf
 
 
-@kernel
+@inner_kernel
 def _cross_interval(
     state: NDArray[np.float64], work: NDArray[np.float64], span: float, idle: int, k: Coefficients
 ) -> float:
@@ -105,7 +113,7 @@ def _cross_interval(
 
     Args:
         state: (6, N + 1), changed in place; the slip state of the node concerned is switched.
-        work: (9, N + 1) scratch.
+        work: (15, N + 1) scratch.
         span: length of the interval; no spike or limiter crossing lies inside.
         idle: number of calls before this one that crossed no time, a sign of rounding at a border.
         k: coefficients.
@@ -129,7 +137,7 @@ def _cross_interval(
     return time
 
 
-@kernel
+@inner_kernel
 def _split_net_force(
     F: NDArray[np.float64], f: NDArray[np.float64], work: NDArray[np.float64], k: Coefficients
 ) -> None:
@@ -149,7 +157,7 @@ def _split_net_force(
     work[NET_R, 1] += k.pull_on_neck * previous_r
 
 
-@kernel
+@inner_kernel
 def _solve_sliding(
     u: NDArray[np.float64], slip: NDArray[np.float64], work: NDArray[np.float64], k: Coefficients
 ) -> None:
@@ -177,7 +185,7 @@ def _solve_sliding(
             work[W_R, i] += pivot * work[W_R, i + 1]
 
 
-@kernel
+@inner_kernel
 def _relax(state: NDArray[np.float64], work: NDArray[np.float64], now: Response, k: Coefficients) -> None:
     """Advance muscles, and displacements and velocities of sliding nodes, to the time of `now`."""
     u, v, slip, F, f = state[DISPLACEMENT], state[VELOCITY], state[SLIP], state[DRIVE], state[FORCE]
@@ -199,7 +207,7 @@ def _relax(state: NDArray[np.float64], work: NDArray[np.float64], now: Response,
             v[i] = (w + w_f * now.e_f + w_r * now.r_f - u[i]) * k.times.rate_c
 
 
-@kernel
+@inner_kernel
 def _first_event(
     u: NDArray[np.float64],
     slip: NDArray[np.float64],
@@ -249,7 +257,7 @@ def _first_event(
     return first, node
 
 
-@kernel
+@inner_kernel
 def _height(p: float, q_f: float, q_r: float, sliding: bool, now: Response) -> float:
     """Distance of a node to the border of its state: of its holding force to the limit, of c v to 0."""
     if sliding:
@@ -257,7 +265,7 @@ def _height(p: float, q_f: float, q_r: float, sliding: bool, now: Response) -> f
     return p + q_f * now.e_f + q_r * now.r_f
 
 
-@kernel
+@inner_kernel
 def _slope(q_f: float, q_r: float, now: Response, rate_f: float) -> float:
     """Rate of change of the force on a node.
 
@@ -266,7 +274,7 @@ def _slope(q_f: float, q_r: float, now: Response, rate_f: float) -> float:
     return (q_r * (now.e_m - now.r_f) - q_f * now.e_f) * rate_f
 
 
-@kernel
+@step_kernel
 def _exit_time(
     p: float,
     q_f: float,
@@ -316,7 +324,7 @@ def _exit_time(
     return np.inf
 
 
-@kernel
+@step_kernel
 def _turning_time(q_f: float, q_r: float, span: float, k: Coefficients) -> float:
     """Where the slope changes sign within `span`; `span` if it does not.
 
@@ -338,7 +346,7 @@ def _turning_time(q_f: float, q_r: float, span: float, k: Coefficients) -> float
     return time
 
 
-@kernel
+@step_kernel
 def _root(
     p: float, q_f: float, q_r: float, sliding: bool, low: float, high: float, guess: float, k: Coefficients
 ) -> float:
@@ -365,7 +373,7 @@ def _root(
     return time
 
 
-@kernel
+@step_kernel
 def _switch(
     u: NDArray[np.float64],
     slip: NDArray[np.float64],

@@ -10,13 +10,16 @@ passes a multiple of 2 pi where V rises through 0.
 
 import math
 
-from crawler_bench.physics.compilation import kernel
+import numpy as np
+from numpy.typing import NDArray
+
+from crawler_bench.physics.compilation import inner_kernel, step_kernel
 
 NO_SPIKE = -1.0
 _JUST_PAST_INFINITY = -1e300
 
 
-@kernel
+@inner_kernel
 def step_neuron(
     V: float, on: bool, dt: float, rate: float, tan_rate_dt: float, at_pi: bool
 ) -> tuple[float, float]:
@@ -50,19 +53,54 @@ def step_neuron(
     return new, min(_time_to_infinity(V, on, rate), dt) if at_pi else NO_SPIKE
 
 
-@kernel
+@step_kernel
+def step_neurons_off(
+    V: NDArray[np.float64],
+    spike: NDArray[np.float64],
+    on: int,
+    other_on: int,
+    time: float,
+    rate: float,
+    at_pi: bool,
+) -> float:
+    """Advance all neurons but those that are ON by any time.
+
+    Args:
+        V: (N + 1,) tan(theta / 2); changed.
+        spike: (N + 1,) written: time of each spike from the start, infinity where there is none.
+        on: a neuron to leave alone.
+        other_on: another one, or the same.
+        time: how long, tau_theta.
+        rate: neuron_rate, 1 / tau_theta.
+        at_pi: spike where theta = pi.
+
+    Returns:
+        The earliest spike time, or infinity.
+    """
+    earliest = np.inf
+    for i in range(V.size):
+        spike[i] = np.inf
+        if i != on and i != other_on:
+            V[i], found = step_neuron(V[i], False, time, rate, 0.0, at_pi)
+            if found != NO_SPIKE:
+                spike[i] = found
+                earliest = min(earliest, found)
+    return earliest
+
+
+@inner_kernel
 def _time_to_infinity(V: float, on: bool, rate: float) -> float:
     """Time until theta = pi, from V > 0."""
     return (math.atan(1.0 / V) if on else 1.0 / V) / rate
 
 
-@kernel
+@inner_kernel
 def _time_to_zero(V: float, rate: float) -> float:
     """Time until theta = 2 pi, from V < 0 and ON (OFF, V creeps towards 0 and never arrives)."""
     return math.atan(-V) / rate
 
 
-@kernel
+@inner_kernel
 def neuron_after(V: float, on: bool, turn: float, sin_turn: float, cos_turn: float) -> float:
     """Advance one neuron by any time under a constant input, whatever spikes lie inside.
 
@@ -80,7 +118,7 @@ def neuron_after(V: float, on: bool, turn: float, sin_turn: float, cos_turn: flo
     return numerator / denominator if denominator != 0.0 else _JUST_PAST_INFINITY
 
 
-@kernel
+@inner_kernel
 def first_spike(V: float, on: bool, rate: float, time: float, at_pi: bool) -> float:
     """Time of the first spike under a constant input; infinity if it surely lies beyond `time`."""
     if on:

@@ -16,7 +16,7 @@ are equal, or nearly so, too.
 import math
 from typing import NamedTuple
 
-from crawler_bench.physics.compilation import kernel
+from crawler_bench.physics.compilation import inner_kernel, step_kernel
 
 _CLOSE = 0.1  # spread of three exponents below which the divided difference is summed as a series
 _TERMS = 9
@@ -34,7 +34,7 @@ class Response(NamedTuple):
     s_r: float
 
 
-@kernel
+@step_kernel
 def follow(time: float, tau_lead: float, tau_follow: float) -> float:
     """What follows a decay exp(-t / tau_lead) with time constant tau_follow, from 0.
 
@@ -68,7 +68,7 @@ def relaxation(tau_m: float, tau_f: float, c: float) -> Relaxation:
     return Relaxation(tau_m, tau_f, c, 1.0 / tau_m, 1.0 / tau_f, 1.0 / c, apart, *over)
 
 
-@kernel
+@inner_kernel
 def respond(time: float, times: Relaxation) -> Response:
     """Evaluate all functions at a time, for any time constants."""
     e_m, e_f = math.exp(-time * times.rate_m), math.exp(-time * times.rate_f)
@@ -82,7 +82,7 @@ def respond(time: float, times: Relaxation) -> Response:
     return Response(e_m, e_f, r_f, e_c, s_f, time * time * times.rate_f * times.rate_c * difference)
 
 
-@kernel
+@step_kernel
 def _second_difference(x: float, y: float, z: float) -> float:
     """Divided difference of exp at three points, any of which may be equal."""
     low, high = min(x, y, z), max(x, y, z)
@@ -100,7 +100,7 @@ def _second_difference(x: float, y: float, z: float) -> float:
     return math.exp(middle) * total
 
 
-@kernel
+@step_kernel
 def _first_difference(x: float, y: float) -> float:
     """Divided difference of exp at two points, x >= y."""
     return math.exp(x) * (-math.expm1(y - x) / (x - y) if x != y else 1.0)
