@@ -8,6 +8,8 @@ named after a hash of every source that can stand in a compiled call chain.
 import functools
 import hashlib
 import os
+import re
+import shutil
 import tempfile
 from collections.abc import Callable
 from pathlib import Path
@@ -23,6 +25,7 @@ config: Any = numba.config  # a module that numba fills while it is imported
 njit: Any = numba.njit  # its declared type lacks an option used here
 
 _PACKAGE = Path(__file__).resolve().parents[1]
+KEPT_VERSIONS = 8  # of the compiled code
 KERNEL_SOURCES = (_PACKAGE / "physics", _PACKAGE / "envs", _PACKAGE.parent / "agents")
 
 
@@ -52,17 +55,26 @@ def cache_folder() -> Path:
 
     `CRAWLER_BENCH_CACHE` moves it; where the user's cache cannot be written, the temporary folder serves.
     """
-    home = os.environ.get("CRAWLER_BENCH_CACHE") or platformdirs.user_cache_dir("crawler-bench")
-    folder = Path(home) / KERNEL_HASH
+    home = Path(os.environ.get("CRAWLER_BENCH_CACHE") or platformdirs.user_cache_dir("crawler-bench"))
+    folder = home / KERNEL_HASH
     try:
-        folder.mkdir(parents=True, exist_ok=True)
+        if not folder.is_dir():
+            folder.mkdir(parents=True)
+            _forget_old_versions(home)
         if os.access(folder, os.W_OK):
             return folder
     except OSError:
         pass
-    folder = Path(tempfile.gettempdir()) / f"crawler-bench-{os.getuid()}" / folder.name
+    folder = Path(tempfile.gettempdir()) / f"crawler-bench-{os.getuid()}" / KERNEL_HASH
     folder.mkdir(parents=True, exist_ok=True)
     return folder
+
+
+def _forget_old_versions(home: Path) -> None:
+    """Keep the compiled code of the newest versions; a process that needs an older one compiles it again."""
+    versions = [each for each in home.iterdir() if re.fullmatch("[0-9a-f]{16}", each.name) and each.is_dir()]
+    for old in sorted(versions, key=lambda each: each.stat().st_mtime)[:-KEPT_VERSIONS]:
+        shutil.rmtree(old, ignore_errors=True)
 
 
 def kernel(function: Callable[Arguments, Result]) -> Callable[Arguments, Result]:
