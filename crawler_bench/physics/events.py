@@ -22,49 +22,36 @@ _PASSES = 100
 _QUADRATIC = 1e-2  # safety on the error of a Newton step, which is about its square
 
 
-@inner_kernel
+@step_kernel
 def first_event(
-    u: Rows, slip: Rows, work: Rows, span: float, end: Response, patient: bool, k: Coefficients
+    u: Rows, slip: Rows, work: Rows, span: float, patient: bool, k: Coefficients
 ) -> tuple[float, int]:
     """Find when the first node leaves its state, and which: (span, -1) if none does before `span`."""
-    first, node = span, -1
-    if _any_overload(u, slip, work, end, k.peak if span > k.peak_time else end.r_f, k):
-        first, node = _first_overload(u, slip, work, span, end, patient, k)
-    for i in range(u.size):
+    first, node, last = span, -1, u.size - 1
+    for i in range(last + 1):
         if slip[i] != STUCK:
             p, q_f, q_r = slip[i] * (work[W, i] - u[i]), slip[i] * work[W_F, i], slip[i] * work[W_R, i]
-            if not _surely_slides(p, q_f, q_r, span, end, k):
-                time = exit_time(p, q_f, q_r, True, first, patient, k.times, k.tolerance)
-                if time < first:
-                    first, node = time, i
+            time = exit_time(p, q_f, q_r, True, first, patient, k.times, k.tolerance)
+        else:
+            held, held_f, held_r = work[NET, i], work[NET_F, i], work[NET_R, i]
+            for neighbour in (i - 1, i + 1):
+                if 0 <= neighbour <= last:
+                    held += work[W, neighbour] - u[i]
+                    held_f += work[W_F, neighbour]
+                    held_r += work[W_R, neighbour]
+            upper, lower = k.forward - held, k.backward + held
+            time = exit_time(upper, -held_f, -held_r, False, first, patient, k.times, k.tolerance)
+            time = min(time, exit_time(lower, held_f, held_r, False, first, patient, k.times, k.tolerance))
+        if time < first:
+            first, node = time, i
     return first, node
 
 
 @inner_kernel
-def _any_overload(u: Rows, slip: Rows, work: Rows, end: Response, r_highest: float, k: Coefficients) -> bool:
-    """Whether the force that holds a stuck node may exceed a limit; a bound, without false negatives."""
-    net, net_f, net_r = work[NET], work[NET_F], work[NET_R]
-    w, w_f, w_r = work[W], work[W_F], work[W_R]
-    last = u.size - 1
-    count = 0
-    for i in range(1, last):  # without branches, so that it is done for several nodes at a time
-        held = net[i] + (w[i - 1] + w[i + 1] - 2.0 * u[i])
-        held_f, held_r = net_f[i] + w_f[i - 1] + w_f[i + 1], net_r[i] + w_r[i - 1] + w_r[i + 1]
-        count += int(_may_leave(held, held_f, held_r, end.e_f, r_highest, k) & (slip[i] == STUCK))
-    head, tail = net[0] + (w[1] - u[0]), net[last] + (w[last - 1] - u[last])
-    if slip[0] == STUCK:
-        count += int(_may_leave(head, net_f[0] + w_f[1], net_r[0] + w_r[1], end.e_f, r_highest, k))
-    if slip[last] == STUCK:
-        held_f, held_r = net_f[last] + w_f[last - 1], net_r[last] + w_r[last - 1]
-        count += int(_may_leave(tail, held_f, held_r, end.e_f, r_highest, k))
-    return count > 0
-
-
-@inner_kernel
-def _may_leave(
+def may_be_overloaded(
     held: float, held_f: float, held_r: float, e_f: float, r_highest: float, k: Coefficients
 ) -> bool:
-    """Whether held + held_f e_f + held_r r_f may lie outside the limits, each part bounded on its own."""
+    """Whether the holding force may exceed a limit: a bound of each part, without false negatives."""
     at_end, following = held_f * e_f, held_r * r_highest
     highest = held + max(held_f, at_end) + max(0.0, following)
     lowest = held + min(held_f, at_end) + min(0.0, following)
@@ -72,37 +59,13 @@ def _may_leave(
 
 
 @inner_kernel
-def _surely_slides(p: float, q_f: float, q_r: float, span: float, end: Response, k: Coefficients) -> bool:
+def surely_slides(p: float, q_f: float, q_r: float, span: float, end: Response, k: Coefficients) -> bool:
     """Whether a sliding node surely goes on sliding to the end; see `exit_time` for the arguments."""
     start, slope = p + q_f, (q_r - q_f) * k.times.rate_f
     at_end = _height(p, q_f, q_r, True, end)
     # Its height times exp(t / c) falls at most at its first slope times exp(span / c).
     never_falls_to_0 = slope >= 0.0 or start * end.e_c + slope * span > 0.0
     return start > k.tolerance and at_end > 0.0 and never_falls_to_0
-
-
-@inner_kernel
-def _first_overload(
-    u: Rows, slip: Rows, work: Rows, span: float, end: Response, patient: bool, k: Coefficients
-) -> tuple[float, int]:
-    """Find when the first stuck node is overloaded, and which: (span, -1) if none is before `span`."""
-    first, node, last = span, -1, u.size - 1
-    for i in range(last + 1):
-        if slip[i] != STUCK:
-            continue
-        held, held_f, held_r = work[NET, i], work[NET_F, i], work[NET_R, i]
-        for neighbour in (i - 1, i + 1):
-            if 0 <= neighbour <= last:
-                held += work[W, neighbour] - u[i]
-                held_f += work[W_F, neighbour]
-                held_r += work[W_R, neighbour]
-        for limit, sign in ((k.forward, -1.0), (k.backward, 1.0)):
-            time = exit_time(
-                limit + sign * held, sign * held_f, sign * held_r, False, first, patient, k.times, k.tolerance
-            )
-            if time < first:
-                first, node = time, i
-    return first, node
 
 
 @inner_kernel

@@ -31,6 +31,8 @@ from crawler_bench.physics.events import (
     W_R,
     W,
     first_event,
+    may_be_overloaded,
+    surely_slides,
     switch,
 )
 from crawler_bench.physics.layout import DISPLACEMENT, DRIVE, FORCE, NEURON, SLIP, VELOCITY
@@ -146,10 +148,11 @@ def _cross_interval(state: Rows, work: Rows, span: float, patient: bool, k: Coef
         The time crossed, at most span.
     """
     u, slip = state[DISPLACEMENT], state[SLIP]
-    _split_net_force(state[DRIVE], state[FORCE], work, k)
-    _solve_sliding(u, slip, work, k)
+    _eliminate(u, slip, state[DRIVE], state[FORCE], work, k)
     end = k.end if span == k.decision else respond(span, k.times)
-    time, node = first_event(u, slip, work, span, end, patient, k)
+    time, node = span, -1
+    if not _substitute(u, slip, work, span, end, k):
+        time, node = first_event(u, slip, work, span, patient, k)
     if node >= 0:
         end = respond(time, k.times)
     if time > 0.0:
@@ -163,53 +166,76 @@ def _cross_interval(state: Rows, work: Rows, span: float, patient: bool, k: Coef
 
 
 @inner_kernel
-def _split_net_force(F: Rows, f: Rows, work: Rows, k: Coefficients) -> None:
-    """Write the three parts of the net muscle force on each node, B f."""
-    last = F.size - 1
-    constant, going_f, going_r = work[W], work[W_F], work[W_R]  # of each muscle; `_solve_sliding` comes later
-    net, net_f, net_r = work[NET], work[NET_F], work[NET_R]
-    for i in range(last + 1):
-        limited = F[i] > 1.0
-        constant[i] = k.force_max if limited else 0.0
-        going_r[i] = 0.0 if limited else k.force_max * F[i]
-        going_f[i] = f[i] - constant[i]
-    for j in range(last):
-        net[j] = constant[j] - constant[j + 1]
-        net_f[j] = going_f[j] - going_f[j + 1]
-        net_r[j] = going_r[j] - going_r[j + 1]
-    net[last], net_f[last], net_r[last] = constant[last], going_f[last], going_r[last]
-    absent, reaction = k.pull_on_head - 1.0, k.pull_on_neck
-    net[0], net[1] = net[0] + absent * constant[0], net[1] + reaction * constant[0]
-    net_f[0], net_f[1] = net_f[0] + absent * going_f[0], net_f[1] + reaction * going_f[0]
-    net_r[0], net_r[1] = net_r[0] + absent * going_r[0], net_r[1] + reaction * going_r[0]
+def _parts(F: float, f: float, force_max: float) -> tuple[float, float, float]:
+    """A muscle's force as its parts that are constant, go as e_f, go as r_f."""
+    if F > 1.0:
+        return force_max, f - force_max, 0.0
+    return 0.0, f, force_max * F
 
 
 @inner_kernel
-def _solve_sliding(u: Rows, slip: Rows, work: Rows, k: Coefficients) -> None:
-    """Solve for the three parts of w on the sliding nodes (Thomas algorithm); on a stuck node w is u."""
+def _eliminate(u: Rows, slip: Rows, F: Rows, f: Rows, work: Rows, k: Coefficients) -> None:
+    """Write the net muscle force on each node, B f; do the forward half of the Thomas algorithm for w.
+
+    One sweep that carries what it needs from node to node: reading back what has just been written, one node
+    further on, would make the processor wait.
+    """
     last = u.size - 1
-    w, w_f, w_r, pivot = work[W], work[W_F], work[W_R], work[PIVOT]
     net, net_f, net_r = work[NET], work[NET_F], work[NET_R]
+    w, w_f, w_r, pivot = work[W], work[W_F], work[W_R], work[PIVOT]
+    head, head_f, head_r = _parts(F[0], f[0], k.force_max)
+    own, own_f, own_r = k.pull_on_head * head, k.pull_on_head * head_f, k.pull_on_head * head_r
+    above, above_f, above_r, taken = 0.0, 0.0, 0.0, 0.0  # what row i - 1 adds, and takes off the diagonal
     for i in range(last + 1):
-        w[i], w_f[i], w_r[i] = u[i], 0.0, 0.0
-    taken = 0.0  # what the row above takes off the diagonal
-    for i in range(last + 1):
+        next_, next_f, next_r = _parts(F[i + 1], f[i + 1], k.force_max) if i < last else (0.0, 0.0, 0.0)
+        pull, pull_f, pull_r = own - next_, own_f - next_f, own_r - next_r
+        if i == 1:
+            pull, pull_f = pull + k.pull_on_neck * head, pull_f + k.pull_on_neck * head_f
+            pull_r += k.pull_on_neck * head_r
+        net[i], net_f[i], net_r[i] = pull, pull_f, pull_r
+        own, own_f, own_r = next_, next_f, next_r
         if slip[i] == STUCK:
-            taken = 0.0
-            continue
-        degree = 1.0 if i == 0 or i == last else 2.0
-        friction = k.forward if slip[i] == FORWARD else -k.backward
-        taken = 1.0 / (degree - taken)
-        above, above_f, above_r = (w[i - 1], w_f[i - 1], w_r[i - 1]) if i > 0 else (0.0, 0.0, 0.0)
-        w[i] = taken * (net[i] - friction + above)
-        w_f[i] = taken * (net_f[i] + above_f)
-        w_r[i] = taken * (net_r[i] + above_r)
-        pivot[i] = taken
-    for i in range(last - 1, -1, -1):
-        if slip[i] != STUCK:
-            w[i] += pivot[i] * w[i + 1]
-            w_f[i] += pivot[i] * w_f[i + 1]
-            w_r[i] += pivot[i] * w_r[i + 1]
+            above, above_f, above_r, taken = u[i], 0.0, 0.0, 0.0
+        else:
+            degree = 1.0 if i == 0 or i == last else 2.0
+            friction = k.forward if slip[i] == FORWARD else -k.backward
+            taken = 1.0 / (degree - taken)
+            above = taken * (pull - friction + above)
+            above_f, above_r = taken * (pull_f + above_f), taken * (pull_r + above_r)
+            pivot[i] = taken
+        w[i], w_f[i], w_r[i] = above, above_f, above_r  # on a stuck node w is u
+
+
+@inner_kernel
+def _substitute(u: Rows, slip: Rows, work: Rows, span: float, end: Response, k: Coefficients) -> bool:
+    """Do the backward half; say whether surely no node leaves its state within `span`."""
+    net, net_f, net_r = work[NET], work[NET_F], work[NET_R]
+    w, w_f, w_r, pivot = work[W], work[W_F], work[W_R], work[PIVOT]
+    r_highest = k.peak if span > k.peak_time else end.r_f
+    last, quiet = u.size - 1, True
+    after, after_f, after_r = 0.0, 0.0, 0.0  # w of node i + 1
+    beyond, beyond_f, beyond_r = (
+        u[last],
+        0.0,
+        0.0,
+    )  # w of node i + 2; behind the tail, as if at rest beside it
+    for i in range(last, -2, -1):
+        own, own_f, own_r = (w[i], w_f[i], w_r[i]) if i >= 0 else (u[0], 0.0, 0.0)
+        if i >= 0 and slip[i] != STUCK and i < last:
+            own, own_f = own + pivot[i] * after, own_f + pivot[i] * after_f
+            own_r += pivot[i] * after_r
+            w[i], w_f[i], w_r[i] = own, own_f, own_r
+        if i >= 0 and slip[i] != STUCK:
+            sign = slip[i]
+            quiet &= surely_slides(sign * (own - u[i]), sign * own_f, sign * own_r, span, end, k)
+        if i < last and slip[i + 1] == STUCK:
+            held = net[i + 1] + (own + beyond - 2.0 * u[i + 1])
+            held_f, held_r = net_f[i + 1] + own_f + beyond_f, net_r[i + 1] + own_r + beyond_r
+            quiet &= not may_be_overloaded(held, held_f, held_r, end.e_f, r_highest, k)
+        if i < last:
+            beyond, beyond_f, beyond_r = after, after_f, after_r
+        after, after_f, after_r = own, own_f, own_r
+    return quiet
 
 
 @inner_kernel
