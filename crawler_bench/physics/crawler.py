@@ -45,14 +45,12 @@ def act(
     """
     if not k.exact:
         advance(state, work, action, n_steps, k)
-    elif not k.may_balance:
-        cross_decision(state, work, action, k)
-    else:
-        before = work[BEFORE:]
-        _copy(state, before)
-        if not cross_decision(state, work, action, k):
-            _copy(before, state)
-            advance(state, work, action, n_steps, k)
+        return
+    before = work[BEFORE:]
+    _copy(state, before)
+    if not cross_decision(state, work, action, k):
+        _copy(before, state)
+        advance(state, work, action, n_steps, k)
 
 
 @step_kernel

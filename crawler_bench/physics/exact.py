@@ -42,6 +42,8 @@ from crawler_bench.physics.response import Response, respond
 
 Rows = NDArray[np.float64]
 
+MOST_INTERVALS = 200  # for each node in 1 tau; in crawls there is about one for the whole body
+
 
 @step_kernel
 def cross_decision(state: Rows, work: Rows, action: int, k: Coefficients) -> bool:
@@ -54,15 +56,18 @@ def cross_decision(state: Rows, work: Rows, action: int, k: Coefficients) -> boo
         k: coefficients.
 
     Returns:
-        False if it cannot: friction may balance with every node sliding, or all but one at its limit, and
-        leaves rigid motion free; then no event tells what happens.
+        False if it cannot. Where friction may balance with every node sliding, or all but one at its limit,
+        rigid motion is free and no event tells what happens; and events without end are given up.
     """
     tail = state.shape[1] - 1
     other = tail if action == 0 else action
     next_spike = _schedule_spikes(state[NEURON], work[SPIKE_AT], action, other, k)
     next_limit = _schedule_limits(state[DRIVE], work[LIMIT_AT], k.tau_m)
-    clock, idle = 0.0, 0
+    clock, idle, intervals = 0.0, 0, 0
     while clock < k.decision:
+        intervals += 1
+        if intervals > MOST_INTERVALS * state.shape[1] * (1.0 + k.decision):
+            return False
         until = min(k.decision, min(next_spike, next_limit))
         span = until - clock
         crossed = _cross_interval(state, work, span, idle > 2 * tail, k)

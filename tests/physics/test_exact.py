@@ -10,7 +10,7 @@ from hypothesis import Phase, given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from crawler_bench.physics import CrawlerParameters
+from crawler_bench.physics import CrawlerParameters, exact
 from crawler_bench.physics.coefficients import EVENT_TOLERANCE, coefficients
 from crawler_bench.physics.crawler import act
 from crawler_bench.physics.layout import (
@@ -191,3 +191,16 @@ def test_where_friction_balances_it_takes_steps() -> None:
     exact, stepped = crawl(p, actions), crawl(replace(p, integrator="step"), actions)
     assert (np.abs(exact[:, SLIP]) == 1).all(axis=1).any()
     np.testing.assert_allclose(exact[:, DISPLACEMENT], stepped[:, DISPLACEMENT], atol=2e-3)
+
+
+def test_events_without_end_are_given_up_for_steps(monkeypatch: pytest.MonkeyPatch) -> None:
+    """With no interval allowed, a decision is stepped instead, from the state that it began with."""
+    p = CrawlerParameters()
+    state, work, k = rest_state(p.n_segments), workspace(p.n_segments), coefficients(p)
+    for action in drawn(p, 50):
+        act(state, work, action, p.steps_per_decision, k)
+    twin = state.copy()
+    monkeypatch.setattr(exact, "MOST_INTERVALS", 0)
+    assert not exact.cross_decision.py_func(state, work, 3, k)  # type: ignore[attr-defined]
+    monkeypatch.undo()
+    assert exact.cross_decision(twin, work, 3, k)
