@@ -47,7 +47,12 @@ def reproduce(
     claim: Annotated[list[str] | None, typer.Option(help="Only re-make this claim, and print it.")] = None,
     seeds: Seeds = None,
     set_: Set = None,
-    out: Annotated[Path | None, typer.Option(help="Where to write; default results/PRESET.")] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            help="Where to write; default results/PRESET, or results/changed with --seeds or --set."
+        ),
+    ] = None,
     runs: Runs = RUNS,
     jobs: Jobs = 0,
     quiet: Quiet = False,
@@ -60,7 +65,8 @@ def reproduce(
     from crawler_bench.bench.paper_claims import CLAIMS, find_claim
 
     claims = tuple(find_claim(name) for name in claim) if claim else CLAIMS
-    folder = out or Path("results") / preset
+    # Other seeds or settings are another experiment: they do not replace the committed results.
+    folder = out or Path("results") / ("changed" if seeds or set_ else preset)
     if not claim:
         _require_ours(folder)
     needed = (
@@ -82,6 +88,8 @@ def reproduce(
         console.print(
             f"Written to {folder}: claims.md, figures, animations, runs.csv, policies.", soft_wrap=True
         )
+    if preset is Preset.smoke:
+        console.print("This was the smoke preset: too small for its verdicts to mean anything.")
     if found.failures:
         raise RuntimeError(
             f"{len(found.failures)} runs failed (see FAILED above); the same command tries them again"
@@ -102,8 +110,13 @@ def train(
     from crawler_bench.bench.training import train as train_run
     from crawler_bench.config import RunConfig, load_experiment, override, parse_assignments, parse_seeds
 
+    if seeds and seed:
+        raise ValueError("--seed and --seeds say the same thing: give one of them")
     run = load_experiment(config).run if config is not None else RunConfig()
-    run = override(run, {"agent": _agent_spec(agent)} | parse_assignments(set_ or []), "--set")
+    spec = _agent_spec(agent)
+    if spec != _agents_package().agent_spec(run.agent):
+        run = run.model_copy(update={"settings": {}})  # those of the configuration are another agent's
+    run = override(run, {"agent": spec} | parse_assignments(set_ or []), "--set")
     for each in parse_seeds(seeds) if seeds else (seed,):
         folder = train_run(run, each, out, progress_bar=notes.is_terminal and not quiet)
         console.print(str(folder), markup=False, soft_wrap=True)

@@ -215,8 +215,10 @@ def _full_key(content: dict[str, Any], key: str, where: str) -> str:
         return matches[0]
     if matches:
         raise ConfigError(f"{where}: {key!r} is ambiguous; write {' or '.join(matches)}")
-    names = [*keys, *dotted, *(full.partition(".")[2] for full in dotted)]
-    raise ConfigError(f"{where}: unknown key {key!r}{nearest(key, names)}")
+    bare = [full.partition(".")[2] for full in dotted]
+    close = difflib.get_close_matches(key, [*keys, *bare, *dotted], n=1, cutoff=0.5)
+    hint = f"did you mean {close[0]!r}?" if close else f"known are {', '.join([*keys, *dotted])}"
+    raise ConfigError(f"{where}: unknown key {key!r}; {hint} (an agent's own are settings.NAME)")
 
 
 def nearest(key: str, names: list[str]) -> str:

@@ -17,6 +17,7 @@ console = Console()
 notes = Console(stderr=True)
 
 VERDICT_COLOURS = {"reproduced": "green", "partly": "yellow", "not reproduced": "red"}
+INTERRUPTED = 130  # exit code of a command that Ctrl-C ended
 LEAST_WIDTH = 130  # of a table that goes into a file
 
 
@@ -65,9 +66,11 @@ def one_line_errors() -> Iterator[None]:
     """
     try:
         yield
-    except KeyboardInterrupt:
+    except (KeyboardInterrupt, SystemExit) as end:
+        if isinstance(end, SystemExit) and end.code != INTERRUPTED:
+            raise
         _complain("interrupted; the same command goes on from the runs that are finished")
-        sys.exit(130)
+        sys.exit(INTERRUPTED)
     except (OSError, ValueError, RuntimeError) as error:
         if os.environ.get("CRAWLER_BENCH_DEBUG"):
             raise

@@ -72,7 +72,7 @@ def reproduce(experiments: Iterable[Experiment], runs_root: Path, *, jobs: int, 
 def write_results(
     found: Reproduction, folder: Path, *, options: str, say: Callable[[str], None]
 ) -> pd.DataFrame:
-    """Write results/paper/: claims, runs, figures, animations, trained tables, manifest.
+    """Write results/paper/: claims, runs, figures, animations, trained tables, manifest; all or nothing.
 
     Args:
         found: what was measured.
@@ -83,8 +83,14 @@ def write_results(
     Returns:
         The claims.
     """
+    with store.replace(folder) as draft:
+        return _write_all(found, draft, options=options, say=say)
+
+
+def _write_all(
+    found: Reproduction, folder: Path, *, options: str, say: Callable[[str], None]
+) -> pd.DataFrame:
     started = time.time()
-    folder.mkdir(parents=True, exist_ok=True)
     claims = found.claims(options=options)
     tables.write_csv(claims, folder / "claims.csv")
     (folder / "claims.md").write_text(f"{tables.verdict_counts(claims)}\n\n{tables.claims_table(claims)}\n")

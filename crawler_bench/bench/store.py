@@ -131,6 +131,22 @@ def publish(folder: Path) -> Iterator[Path]:
         shutil.rmtree(draft, ignore_errors=True)
 
 
+@contextmanager
+def replace(folder: Path) -> Iterator[Path]:
+    """Give a folder to write into that takes the place of `folder` when the block ends well."""
+    folder.parent.mkdir(parents=True, exist_ok=True)
+    draft = Path(tempfile.mkdtemp(prefix=f".partial-{folder.name}-", dir=folder.parent))
+    try:
+        draft.chmod(0o755)
+        yield draft
+        if folder.exists():
+            folder.rename(tempfile.mkdtemp(prefix=f".partial-{folder.name}-old-", dir=folder.parent))
+        draft.rename(folder)
+    finally:
+        for left in folder.parent.glob(f".partial-{folder.name}-*"):
+            shutil.rmtree(left, ignore_errors=True)
+
+
 def sweep_drafts(root: Path, older_than: float = 3600.0) -> None:
     """Remove what killed processes left behind."""
     for draft in root.glob("**/.partial-*"):

@@ -62,7 +62,7 @@ def verdict_counts(claims: pd.DataFrame) -> str:
     """One sentence: how many claims fare how."""
     counts = claims["verdict"].value_counts()
     parts = [f"{counts[verdict.value]} {verdict.value}" for verdict in Verdict if verdict.value in counts]
-    return f"{len(claims)} claims: {', '.join(parts)}."
+    return f"{len(claims)} claim{'s' if len(claims) > 1 else ''}: {', '.join(parts)}."
 
 
 def not_reproduced(claims: pd.DataFrame) -> str:

@@ -47,14 +47,27 @@ def make_agent(config: RunConfig, env: gym.Env[Any, Any], seed: int) -> Any:
     agent = load_class(config.agent)
     known = inspect.signature(agent).parameters
     if not any(parameter.kind is parameter.VAR_KEYWORD for parameter in known.values()):
+        names = [name for name in known if name not in ("env", "seed")]
         for key in config.settings:
             if key not in known:
-                names = [name for name in known if name not in ("env", "seed")]
-                raise ConfigError(f"settings: {agent.__name__} knows no {key!r}{nearest(key, names)}")
+                hint = nearest(key, names) if names else "; it takes no settings"
+                raise ConfigError(f"settings: {agent.__name__} knows no {key!r}{hint}")
+    _require_keywords(agent, "learn", ("callback", "progress_bar"))
     try:
         return agent(env, seed=seed, **config.settings)
     except TypeError as error:
-        raise ConfigError(f"settings {config.settings}: {error}") from None
+        raise ConfigError(
+            f"{agent.__name__}(env, seed={seed}, **{config.settings}) cannot be made: {error}"
+        ) from None
+
+
+def _require_keywords(agent: Any, method: str, names: tuple[str, ...]) -> None:
+    known = inspect.signature(getattr(agent, method)).parameters
+    if any(parameter.kind is parameter.VAR_KEYWORD for parameter in known.values()):
+        return
+    missing = [name for name in names if name not in known]
+    if missing:
+        raise ConfigError(f"{agent.__name__}.{method} must accept {' and '.join(missing)}")
 
 
 def agent_file(folder: Path) -> Path:
@@ -84,6 +97,7 @@ def train(config: RunConfig, seed: int, root: Path, progress_bar: bool = False) 
     agent = make_agent(config, env, seed)
     recorder = LearningRecorder(env, config.decisions)
     agent.learn(config.decisions, callback=recorder, progress_bar=progress_bar)
+    recorder.record(agent)
     with store.publish(folder) as draft:
         store.write_config(draft, config, seed)
         store.write_command(draft)
@@ -111,10 +125,16 @@ class LearningRecorder:
 
     def __call__(self, local: dict[str, Any], _global: dict[str, Any]) -> bool:
         """Record, if it is time; never stops the learning."""
-        agent = local["self"]
-        done = agent.num_timesteps
-        if done % CURVE_INTERVAL and self._rows and done - self._rows[-1][0] < CURVE_INTERVAL:
-            return True
+        done = local["self"].num_timesteps
+        if not self._rows or done - self._rows[-1][0] >= CURVE_INTERVAL:
+            self.record(local["self"])
+        return True
+
+    def record(self, agent: Any) -> None:
+        """Keep a point of the curve, unless this one is kept already."""
+        done = getattr(agent, "num_timesteps", 0)
+        if self._rows and done == self._rows[-1][0]:
+            return
         table = getattr(agent, "q_table", None)
         policy = "" if table is None else policy_text(np.eye(table.shape[1])[table.argmax(axis=1)])
         self._rows.append((done, *self._crawler.lifetime, policy))
@@ -122,7 +142,6 @@ class LearningRecorder:
             not self.snapshots or done - self.snapshots[-1][0] >= self._snapshot_interval
         ):
             self.snapshots.append((done, table.copy()))
-        return True
 
     def curve(self) -> pd.DataFrame:
         """One row every so many decisions: decisions, time, distance, policy (one digit an observation)."""
