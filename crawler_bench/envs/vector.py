@@ -31,12 +31,9 @@ def check_actions(actions: Any, num_envs: int, n_segments: int) -> NDArray[np.in
         ValueError: if they are not one neuron for each crawler, 0 to n_segments - 1.
     """
     chosen = np.asarray(actions)
-    if (
-        chosen.shape != (num_envs,)
-        or chosen.dtype.kind not in "iu"
-        or chosen.min() < 0
-        or chosen.max() >= n_segments
-    ):
+    fits = chosen.shape == (num_envs,) and chosen.dtype.kind in "iu"
+    # Read without its sign, a negative number is a large one.
+    if not fits or np.ascontiguousarray(chosen, dtype=np.int64).view(np.uint64).max() >= n_segments:
         raise ValueError(
             f"actions are not possible: {num_envs} whole numbers from 0 to {n_segments - 1} are needed"
         )
