@@ -14,10 +14,13 @@ def ratios(table: pd.DataFrame) -> Figure:
     shown = table[table["repeats"] > 0].iloc[::-1].reset_index(drop=True)
     figure = new_figure(11, 1.2 + 0.42 * len(shown), "Speed relative to peers")
     axes = figure.subplots()
-    tidy(axes, "median and range of the ratio, measured in turns on one core; bars: goals")
-    met = shown["goal"].isna() | (shown["ratio"] >= shown["goal"])
-    for good, colour in ((True, GREEN), (False, ORANGE)):
-        rows = shown[met == good]
+    tidy(
+        axes,
+        "median and range of the ratio, measured in turns on one core; bars: goals (green: met, orange: missed)",
+    )
+    met, aimless = shown["ratio"] >= shown["goal"], shown["goal"].isna()
+    for chosen, colour in ((aimless, BLUE), (met, GREEN), (~met & ~aimless, ORANGE)):
+        rows = shown[chosen]
         spread = [rows["ratio"] - rows["ratio_min"], rows["ratio_max"] - rows["ratio"]]
         axes.errorbar(rows["ratio"], rows.index, xerr=spread, fmt="o", color=colour, capsize=2, ms=5)
     axes.plot(shown["goal"], shown.index, "|", color=GREY, ms=16, mew=2)
