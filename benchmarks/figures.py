@@ -16,7 +16,7 @@ def ratios(table: pd.DataFrame) -> Figure:
     axes = figure.subplots()
     tidy(
         axes,
-        "median and range of the ratio, measured in turns on one core; bars: goals (green: met, orange: missed)",
+        "median and range of the ratio, in turns on one core; bars: goals (green: met, orange: missed)",
     )
     met, aimless = shown["ratio"] >= shown["goal"], shown["goal"].isna()
     for chosen, colour in ((aimless, BLUE), (met, GREEN), (~met & ~aimless, ORANGE)):
