@@ -5,7 +5,7 @@ BIN := $(VENV)/bin
 STAMP := $(VENV)/installed
 
 .DEFAULT_GOAL := help
-.PHONY: help reproduce test test-slow check format clean
+.PHONY: help reproduce test test-slow bench check format clean
 
 help: ## list the targets
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | awk -F ':.*## ' '{printf "  make %-10s %s\n", $$1, $$2}'
@@ -25,6 +25,9 @@ test: check ## run the checks and the whole fast test suite
 
 test-slow: $(STAMP) ## the tests that train at full length
 	$(BIN)/python -m pytest -n 2 -m slow
+
+bench: $(STAMP) ## measure speed against peers, write results/performance/
+	$(BIN)/python -m benchmarks
 
 check: $(STAMP) ## lint, types, spelling, import contracts
 	$(BIN)/ruff format --check .

@@ -3,7 +3,7 @@
 A block stands in a Markdown file between `<!-- begin NAME -->` and `<!-- end NAME -->`; everything between is
 made from results/, so that no number in the documentation is typed by hand.
 
-    python -m crawler_bench.bench.tables README.md docs/differences.md
+    python -m crawler_bench.bench.tables README.md docs/*.md
 """
 
 import math
@@ -15,6 +15,7 @@ from pathlib import Path
 
 import pandas as pd
 
+from crawler_bench.bench import performance
 from crawler_bench.bench.claims import Verdict
 from crawler_bench.config import EnvironmentConfig, EvaluationConfig
 from crawler_bench.physics.parameters import CrawlerParameters
@@ -94,7 +95,11 @@ def runs_table(runs: pd.DataFrame) -> str:
 
 
 def blocks(results: Path) -> dict[str, Callable[[], str]]:
-    """Every generated block by name; `results` is the folder that `crawler-bench reproduce` wrote."""
+    """Every generated block by name.
+
+    Args:
+        results: the folder that `crawler-bench reproduce` wrote; speeds stand beside it, in `performance`.
+    """
 
     def claims() -> pd.DataFrame:
         return pd.read_csv(results / "claims.csv")
@@ -105,6 +110,7 @@ def blocks(results: Path) -> dict[str, Callable[[], str]]:
         "not reproduced": lambda: not_reproduced(claims()),
         "runs": lambda: runs_table(pd.read_csv(results / "runs.csv", dtype={"policy": str})),
         "parameters": parameters_table,
+        **performance.blocks(results.parent / "performance", short),
     }
 
 

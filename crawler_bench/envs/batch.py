@@ -101,7 +101,7 @@ class CrawlerBatch:
 
     def begin_ended(self) -> None:
         """Put every crawler whose episode has ended to rest and observe it."""
-        _begin_ended(self.memory, self.tasks, self.generators, self.observation, self.end)
+        _begin_ended(self.memory, self.tasks, self.generators, self.observation, self.outcome, self.end)
 
 
 def _each(name: str, value: object, num_envs: int) -> list[object]:
@@ -134,11 +134,14 @@ def _begin_ended(
     tasks: Array,
     generators: NDArray[np.uint64],
     observation: NDArray[np.int64],
+    outcome: Array,
     end: NDArray[np.int64],
 ) -> None:
     for i in range(memory.shape[0]):
         if end[i] != RUNNING:
             observation[i] = begin(memory[i], unpack(tasks[i]), generators[i])
+            outcome[i] = 0.0
+            end[i] = RUNNING
 
 
 @kernel

@@ -1,6 +1,5 @@
 """The crawler as a Gymnasium environment."""
 
-import math
 from typing import Any
 
 import gymnasium as gym
@@ -115,10 +114,6 @@ class CrawlerEnv(gym.Env[np.int64, np.int64]):
         time_limit: float = 1000.0,
         render_mode: str | None = None,
     ) -> None:
-        _require_at_least_zero("regularization", regularization)
-        _require_at_least_zero("noise", noise)
-        _require_positive("episode_distance", episode_distance)
-        _require_positive("time_limit", time_limit)
         if render_mode is not None and render_mode not in self.metadata["render_modes"]:
             raise ValueError(
                 f"render_mode = {render_mode!r} is not possible: it must be None, 'human' or 'rgb_array'"
@@ -231,13 +226,3 @@ class CrawlerEnv(gym.Env[np.int64, np.int64]):
 
     def __getstate__(self) -> dict[str, Any]:
         return self.__dict__ | {"_renderer": None, "_viewed_generator": None, "_generator_state": None}
-
-
-def _require_at_least_zero(name: str, value: float) -> None:
-    if not (math.isfinite(value) and value >= 0):
-        raise ValueError(f"{name} = {value!r} is not possible: it must be a finite number of at least 0")
-
-
-def _require_positive(name: str, value: float) -> None:
-    if not value > 0:
-        raise ValueError(f"{name} = {value!r} is not possible: it must be a number above 0")

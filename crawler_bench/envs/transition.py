@@ -65,7 +65,15 @@ def make_task(
     episode_distance: float = math.inf,
     time_limit: float = math.inf,
 ) -> Task:
-    """Prepare a task for the kernels; without limits, the episode never ends."""
+    """Prepare a task for the kernels; without limits, the episode never ends.
+
+    Raises:
+        ValueError: if a number is not possible.
+    """
+    _require_at_least_zero("regularization", regularization)
+    _require_at_least_zero("noise", noise)
+    _require_positive("episode_distance", episode_distance)
+    _require_positive("time_limit", time_limit)
     return Task(
         steps_per_decision=parameters.steps_per_decision,
         regularization=float(regularization),
@@ -75,6 +83,16 @@ def make_task(
         episode_decisions=float(np.ceil(time_limit / parameters.decision_interval * (1 - 1e-12))),
         k=coefficients(parameters),
     )
+
+
+def _require_at_least_zero(name: str, value: float) -> None:
+    if not (math.isfinite(value) and value >= 0):
+        raise ValueError(f"{name} = {value!r} is not possible: it must be a finite number of at least 0")
+
+
+def _require_positive(name: str, value: float) -> None:
+    if not value > 0:
+        raise ValueError(f"{name} = {value!r} is not possible: it must be a number above 0")
 
 
 def pack(task: Task) -> NDArray[np.float64]:

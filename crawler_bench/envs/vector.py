@@ -24,6 +24,22 @@ from crawler_bench.physics.parameters import CrawlerParameters
 Info = dict[str, Any]
 
 
+def check_actions(actions: Any, num_envs: int, n_segments: int) -> NDArray[np.int64]:
+    """The actions as kernels need them.
+
+    Raises:
+        ValueError: if they are not one neuron for each crawler, 0 to n_segments - 1.
+    """
+    chosen = np.asarray(actions)
+    fits = chosen.shape == (num_envs,) and chosen.dtype.kind in "iu"
+    # Read without its sign, a negative number is a large one.
+    if not fits or np.ascontiguousarray(chosen, dtype=np.int64).view(np.uint64).max() >= n_segments:
+        raise ValueError(
+            f"actions are not possible: {num_envs} whole numbers from 0 to {n_segments - 1} are needed"
+        )
+    return np.ascontiguousarray(chosen, dtype=np.int64)
+
+
 class CrawlerVectorEnv(VectorEnv[Any, Any, Any]):
     """K crawlers, stepped in one compiled call; see `CrawlerEnv` for what each of them is.
 
@@ -94,7 +110,7 @@ class CrawlerVectorEnv(VectorEnv[Any, Any, Any]):
             ValueError: if the actions are not K neurons, 0 to N - 1.
         """
         crawlers = self.crawlers
-        crawlers.decide(self._checked(actions))
+        crawlers.decide(check_actions(actions, self.num_envs, crawlers.n_segments))
         truncated = crawlers.end != RUNNING
         rewards, infos = crawlers.outcome[:, REWARD].copy(), self._infos()
         if truncated.any():
@@ -106,15 +122,6 @@ class CrawlerVectorEnv(VectorEnv[Any, Any, Any]):
             }  # fmt: skip
         terminated = np.zeros(self.num_envs, dtype=bool)
         return crawlers.observation.copy(), rewards, terminated, truncated, infos
-
-    def _checked(self, actions: Any) -> NDArray[np.int64]:
-        chosen = np.ascontiguousarray(actions, dtype=np.int64)
-        n = self.crawlers.n_segments
-        if chosen.shape != (self.num_envs,) or chosen.min() < 0 or chosen.max() >= n:
-            raise ValueError(
-                f"actions are not possible: {self.num_envs} whole numbers from 0 to {n - 1} are needed"
-            )
-        return chosen
 
     def _infos(self) -> Info:
         crawlers = self.crawlers

@@ -1,0 +1,1 @@
+"""Speed measurements against peers: `python -m benchmarks`, or `make bench`; see docs/performance.md."""

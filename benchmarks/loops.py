@@ -1,0 +1,91 @@
+"""Compiled loops around what is measured, so that Python takes no part in it.
+
+They call nothing of this package but what stands in this file: numba's cache would miss an edit elsewhere.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from crawler_bench.envs.randomness import State
+from crawler_bench.envs.transition import RUNNING, Memory, Task, begin, decide
+from crawler_bench.physics.coefficients import Coefficients
+from crawler_bench.physics.compilation import kernel
+from crawler_bench.physics.crawler import act
+from crawler_bench.physics.layout import STATE_ROWS, WORK
+
+Array = NDArray[np.float64]
+
+
+@kernel
+def solve_tridiagonal(lower: Array, diagonal: Array, upper: Array, sides: Array, n_solves: int) -> float:
+    """Solve a general tridiagonal system by the Thomas algorithm, again and again.
+
+    Args:
+        lower: (n,) below the diagonal; entry 0 means nothing.
+        diagonal: (n,).
+        upper: (n,) above the diagonal; the last entry means nothing.
+        sides: (m, n) right-hand sides, taken in turn.
+        n_solves: how many.
+
+    Returns:
+        The sum of the first unknowns, so that no solve can be left out.
+    """
+    n = diagonal.size
+    factor, x = np.empty(n), np.empty(n)
+    total = 0.0
+    for solve in range(n_solves):
+        side = sides[solve % sides.shape[0]]
+        factor[0] = upper[0] / diagonal[0]
+        x[0] = side[0] / diagonal[0]
+        for i in range(1, n):
+            scale = 1.0 / (diagonal[i] - lower[i] * factor[i - 1])
+            factor[i] = upper[i] * scale
+            x[i] = (side[i] - lower[i] * x[i - 1]) * scale
+        for i in range(n - 2, -1, -1):
+            x[i] -= factor[i] * x[i + 1]
+        total += x[0]
+    return total
+
+
+@kernel
+def crawl(memory: Memory, task: Task, actions: NDArray[np.int64], rng: State, n_decisions: int) -> int:
+    """Decide again and again.
+
+    Args:
+        memory: of one crawler, see physics/layout.py.
+        task: its task.
+        actions: taken in turn; none for action = observation, the diagonal policy.
+        rng: breaks ties.
+        n_decisions: how many.
+
+    Returns:
+        The last observation.
+    """
+    observation = begin(memory, task, rng)
+    for i in range(n_decisions):
+        action = actions[i % actions.size] if actions.size > 0 else observation
+        made = decide(memory, action, task, rng)
+        observation = made.observation
+        if made.end != RUNNING:
+            observation = begin(memory, task, rng)
+    return observation
+
+
+@kernel
+def record_diagonal(memory: Memory, task: Task, rng: State, n_decisions: int) -> NDArray[np.int64]:
+    """The actions that the diagonal policy, action = observation, takes from rest, (n_decisions,)."""
+    actions = np.empty(n_decisions, dtype=np.int64)
+    observation = begin(memory, task, rng)
+    for i in range(n_decisions):
+        actions[i] = observation
+        observation = decide(memory, observation, task, rng).observation
+    return actions
+
+
+@kernel
+def replay(memory: Memory, actions: NDArray[np.int64], n_steps: int, k: Coefficients, n_rounds: int) -> None:
+    """The physics alone: a fixed sequence of actions, from rest, again and again."""
+    for _ in range(n_rounds):
+        memory[:STATE_ROWS] = 0.0
+        for action in actions:
+            act(memory[:STATE_ROWS], memory[WORK:], action, n_steps, k)

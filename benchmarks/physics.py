@@ -1,0 +1,107 @@
+"""The physics: one step against one linear solve, one integrator against the other, batches against one."""
+
+import importlib
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+from numpy.typing import NDArray
+
+import crawler_bench
+from benchmarks.crawlers import (
+    NO_ACTIONS,
+    body,
+    compiled_crawl,
+    crawling_batch,
+    diagonal_actions,
+    random_actions,
+)
+from benchmarks.loops import replay, solve_tridiagonal
+from benchmarks.measure import Effort, Row, Side, compare, missing
+from crawler_bench.physics.coefficients import coefficients
+from crawler_bench.physics.layout import make_memory
+
+STEPS_PER_SOLVE = 0.5
+EXACT_OVER_STEPPED = 4.0
+BATCH_OVER_ONE = 4.0
+BATCH = 256
+STEPS = body("step").steps_per_decision  # in a decision
+ONE_STEPPED = "one crawler in steps of dt"
+STEP_UNIT = "steps of dt, or the time they take"
+
+
+def against_solve(effort: Effort) -> list[Row]:
+    """Steps of a whole crawler against general tridiagonal solves of its size."""
+    rng = np.random.default_rng(0)
+    n = 11
+    lower, upper = rng.uniform(0.5, 1.0, (2, n))
+    diagonal, sides = rng.uniform(2.5, 3.0, n), rng.standard_normal((1024, n))
+    solver = Side(
+        f"general tridiagonal solve, n = {n}", lambda m: solve_tridiagonal(lower, diagonal, upper, sides, m)
+    )
+    rows = []
+    for name, actions in (("diagonal policy", NO_ACTIONS), ("random actions", random_actions())):
+        ours = Side(f"step of a crawler, {name}", compiled_crawl(body("step"), actions), STEPS)
+        rows.append(compare(ours, solver, "steps, solves", effort, STEPS_PER_SOLVE))
+    return rows
+
+
+def exact_against_stepped(effort: Effort) -> list[Row]:
+    """Both integrators on the same sequences of actions."""
+    n = 500 if effort.quick else None
+    sequences = {"recorded diagonal actions": diagonal_actions(), "random actions": random_actions()}
+    return [
+        compare(
+            Side(f"decision, exact, {name}", *_replayed("exact", actions[:n])),
+            Side("in steps of dt", *_replayed("step", actions[:n])),
+            "decisions", effort, EXACT_OVER_STEPPED,
+        )
+        for name, actions in sequences.items()
+    ]  # fmt: skip
+
+
+def _replayed(integrator: str, actions: NDArray[np.int64]) -> tuple[Any, float]:
+    parameters = body(integrator)
+    memory, k = make_memory(parameters.n_segments), coefficients(parameters)
+    return lambda n: replay(memory, actions, STEPS, k, n), float(actions.size)
+
+
+def batch_against_one(effort: Effort) -> list[Row]:
+    """Simulated time of batches against that of a single stepped crawler."""
+    units = float(BATCH * STEPS)
+    one = Side(ONE_STEPPED, compiled_crawl(body("step"), NO_ACTIONS), STEPS)
+    rows = []
+    for integrator in ("exact", "step"):
+        batch = Side(f"batch of {BATCH}, {integrator}", crawling_batch(body(integrator), BATCH), units)
+        rows.append(compare(batch, one, STEP_UNIT, effort, BATCH_OVER_ONE))
+        vector = Side(f"gym.make_vec of {BATCH}, {integrator}", _vector(integrator), units)
+        rows.append(compare(vector, one, STEP_UNIT, effort))
+    return [*rows, _vectorized_steps(one, effort)]
+
+
+def _vector(integrator: str) -> Any:
+    env = gym.make_vec(crawler_bench.ENV_ID, num_envs=BATCH, parameters=body(integrator))
+    seen: list[Any] = [env.reset(seed=0)[0]]
+
+    def work(n_calls: int) -> None:
+        for _ in range(n_calls):
+            seen[0] = env.step(seen[0])[0]
+
+    return work
+
+
+def _vectorized_steps(one: Side, effort: Effort) -> Row:
+    """The physics of a batch with several crawlers in each vector instruction, where that exists."""
+    what = f"batch of {BATCH}, step, vector instructions, physics alone"
+    try:
+        module = importlib.import_module("crawler_bench.physics.batch")
+    except ModuleNotFoundError:
+        return missing(what, ONE_STEPPED, STEP_UNIT, "not there")
+    batch, state = module.make_batch([body("step")] * BATCH), module.rest_states(10, BATCH)
+    actions = np.random.default_rng(0).integers(10, size=(512, BATCH))
+
+    def work(n_calls: int) -> None:
+        for i in range(n_calls):
+            module.advance_batch(state, batch, actions[i % len(actions)], STEPS)
+
+    return compare(Side(what, work, float(BATCH * STEPS)), one, STEP_UNIT, effort, BATCH_OVER_ONE)

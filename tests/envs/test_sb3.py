@@ -1,0 +1,153 @@
+"""The vector environment of Stable-Baselines3: the same crawlers, and agents learn on it."""
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+import pytest
+import torch
+from stable_baselines3 import DQN, PPO
+from stable_baselines3.common.evaluation import evaluate_policy
+from stable_baselines3.common.monitor import Monitor
+from stable_baselines3.common.vec_env import VecEnvWrapper, VecMonitor
+
+from crawler_bench.envs.crawler import CrawlerEnv
+from crawler_bench.envs.sb3 import CrawlerVecEnv
+from crawler_bench.physics import CrawlerParameters
+
+SETTINGS: dict[str, Any] = {
+    "noise": [0.0, 0.1, 0.2], "time_limit": [20.0, 35.0, 50.0], "episode_distance": [2.0, 0.02, 0.05],
+}  # fmt: skip
+
+
+def test_each_crawler_is_the_single_crawler() -> None:
+    bodies = [CrawlerParameters(damping=damping) for damping in (3.5, 2.0, 1.0)]
+    vec = CrawlerVecEnv(3, bodies, **SETTINGS)
+    vec.seed(4)
+    observation, ends = vec.reset(), set()
+    envs = [
+        CrawlerEnv(body, **{name: values[i] for name, values in SETTINGS.items()})
+        for i, body in enumerate(bodies)
+    ]
+    assert observation.tolist() == [env.reset(seed=4 + i)[0] for i, env in enumerate(envs)]
+    for _ in range(400):
+        actions = observation
+        observation, rewards, dones, infos = vec.step(actions)
+        assert rewards.dtype == np.float32
+        for i, env in enumerate(envs):
+            seen, reward, _, truncated, info = env.step(int(actions[i]))
+            assert rewards[i] == np.float32(reward)
+            assert dones[i] == truncated
+            if truncated:
+                ends.add(info["end"])
+                expected = {"terminal_observation": seen, "TimeLimit.truncated": True, "end": info["end"]}
+                assert infos[i] == expected
+                seen, _ = env.reset()
+            else:
+                assert infos[i] == {}
+            assert observation[i] == seen
+    assert ends == {"distance", "time"}
+
+
+def test_a_seed_holds_for_one_reset_and_without_one_crawlers_differ() -> None:
+    vec = CrawlerVecEnv(20)
+    vec.seed(1)
+    first, second = vec.reset(), vec.reset()
+    vec.seed(1)
+    np.testing.assert_array_equal(first, vec.reset())
+    assert (first != second).any()
+    assert (CrawlerVecEnv(20).reset() != CrawlerVecEnv(20).reset()).any()
+
+
+def test_attributes_are_those_of_each_crawler() -> None:
+    vec = CrawlerVecEnv(3, regularization=[0.0, 0.1, 0.2])
+    assert vec.get_attr("regularization") == [0.0, 0.1, 0.2]
+    assert vec.get_attr("parameters", 1) == [CrawlerParameters()]
+    vec.set_attr("regularization", 0.5, [0, 2])
+    vec.set_attr("mark", "x")
+    assert vec.get_attr("regularization") == [0.5, 0.1, 0.5]
+    assert vec.has_attr("mark")
+    assert not vec.has_attr("other")
+    assert vec.env_is_wrapped(Monitor, [0, 2]) == [False, False]
+    with pytest.raises(AttributeError, match="no attribute 'other'"):
+        vec.get_attr("other")
+    with pytest.raises(AttributeError, match="parameters of a crawler cannot change"):
+        vec.set_attr("parameters", CrawlerParameters())
+    with pytest.raises(AttributeError, match="no method 'render'"):
+        vec.env_method("render")
+
+
+def test_a_setting_that_is_set_holds_from_the_next_step_on() -> None:
+    vec, twin = CrawlerVecEnv(2), CrawlerVecEnv(2, regularization=0.3)
+    for each in (vec, twin):
+        each.seed(0)
+        each.reset()
+    vec.set_attr("regularization", 0.3)
+    for _ in range(5):
+        np.testing.assert_array_equal(vec.step(np.array([3, 4]))[1], twin.step(np.array([3, 4]))[1])
+
+
+def test_an_impossible_setting_is_refused_and_changes_nothing() -> None:
+    vec = CrawlerVecEnv(2)
+    with pytest.raises(ValueError, match=r"noise = -1.0 is not possible"):
+        vec.set_attr("noise", -1)
+    assert vec.get_attr("noise") == [0.0, 0.0]
+
+
+@pytest.mark.parametrize("actions", [[0, 10], [0], [0.5, 1.5]])
+def test_impossible_actions_are_refused(actions: list[float]) -> None:
+    vec = CrawlerVecEnv(2)
+    vec.reset()
+    with pytest.raises(ValueError, match="actions are not possible: 2 whole numbers from 0 to 9"):
+        vec.step(np.array(actions))
+
+
+def test_a_monitor_counts_its_episodes() -> None:
+    vec = VecMonitor(CrawlerVecEnv(2, time_limit=[1.0, 2.0]))
+    vec.reset()
+    lengths: list[list[int]] = [[], []]
+    for _ in range(20):
+        _, _, dones, infos = vec.step(np.array([0, 0]))
+        for i in dones.nonzero()[0]:
+            lengths[i].append(infos[i]["episode"]["l"])
+    assert lengths == [[5, 5, 5, 5], [10, 10]]
+
+
+# With two segments the neuron of head and tail pays most, three times as much as acting at random.
+BODY = CrawlerParameters(n_segments=2)
+EASY: dict[str, Any] = {"time_limit": 4.0, "regularization": 0.0}
+
+
+@pytest.fixture
+def one_thread() -> Iterator[None]:
+    """Two threads of PyTorch wait for each other where a core is busy, ten times longer than they work."""
+    threads = torch.get_num_threads()
+    torch.set_num_threads(1)
+    yield
+    torch.set_num_threads(threads)
+
+
+class Generous(VecEnvWrapper):
+    """Rewards of order 1: those of a crawler are smaller than the values that a fresh network gives."""
+
+    def reset(self) -> Any:
+        return self.venv.reset()
+
+    def step_wait(self) -> Any:
+        observation, rewards, dones, infos = self.venv.step_wait()
+        return observation, 100 * rewards, dones, infos
+
+
+@pytest.mark.parametrize("algorithm", ["PPO", "DQN"])
+def test_agents_learn(algorithm: str, one_thread: None) -> None:
+    vec = VecMonitor(Generous(CrawlerVecEnv(8, BODY, **EASY)))
+    if algorithm == "PPO":
+        agent: Any = PPO("MlpPolicy", vec, n_steps=64, batch_size=128, learning_rate=3e-3, seed=0)
+    else:
+        agent = DQN("MlpPolicy", vec, learning_rate=3e-3, gamma=0.8, train_freq=1, seed=0)
+        agent.target_update_interval = 50
+    agent.learn(3000 if algorithm == "DQN" else 2048)
+    judge = CrawlerVecEnv(32, BODY, **EASY)
+    judge.seed(100)
+    returns, _ = evaluate_policy(agent, VecMonitor(judge), n_eval_episodes=64)
+    assert float(np.mean(returns)) > 0.12
