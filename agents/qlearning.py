@@ -97,6 +97,8 @@ class QLearning:
         *,
         compiled: bool = True,
     ) -> None:
+        learning_rate, discount = _number("learning_rate", learning_rate), _number("discount", discount)
+        initial_q = _number("initial_q", initial_q)
         if not 0 < learning_rate <= 1:
             raise ValueError(f"learning_rate = {learning_rate!r} is not possible: it must be in (0, 1]")
         if not 0 <= discount < 1:
@@ -104,7 +106,7 @@ class QLearning:
         if not np.isfinite(initial_q):
             raise ValueError(f"initial_q = {initial_q!r} is not possible: it must be a finite number")
         self.learning_rate, self.discount, self.initial_q = learning_rate, discount, initial_q
-        self.seed, self.compiled = seed, compiled
+        self.seed, self.compiled = None if seed is None else int(seed), compiled
         self.num_timesteps = 0
         agent_seed, env_seed, tie_seed = np.random.SeedSequence(seed).spawn(3)
         self.rng = np.random.default_rng(agent_seed)
@@ -275,6 +277,13 @@ class QLearning:
                 env.unwrapped.set_state(snapshot)
                 agent._observation = observation
         return agent
+
+
+def _number(name: str, value: Any) -> float:
+    try:
+        return float(value)
+    except (TypeError, ValueError):
+        raise ValueError(f"{name} = {value!r} is not possible: it must be a number") from None
 
 
 def _chunks(done: int, total: int, interval: int) -> list[int]:

@@ -1,5 +1,7 @@
 """The command line: `crawler-bench`. Heavy imports wait until a command needs them."""
 
+import errno
+import os
 import shlex
 from enum import StrEnum
 from pathlib import Path
@@ -117,6 +119,7 @@ def train(
     if spec != _agents_package().agent_spec(run.agent):
         run = run.model_copy(update={"settings": {}})  # those of the configuration are another agent's
     run = override(run, {"agent": spec} | parse_assignments(set_ or []), "--set")
+    run = run.model_copy(update={"agent": _agent_spec(run.agent)})
     for each in parse_seeds(seeds) if seeds else (seed,):
         folder = train_run(run, each, out, progress_bar=notes.is_terminal and not quiet)
         console.print(str(folder), markup=False, soft_wrap=True)
@@ -256,11 +259,18 @@ def _experiments(
 
 
 def _require_ours(folder: Path) -> None:
-    if folder.is_dir() and any(folder.iterdir()) and not (folder / "claims.csv").is_file():
+    """Refuse, before anything is computed, a folder that results cannot or should not go into."""
+    if folder.exists() and not folder.is_dir():
+        raise ValueError(f"{folder} is a file; results need a folder: choose another one with --out")
+    ours = all((folder / name).is_file() for name in ("claims.csv", "manifest.json"))
+    if folder.is_dir() and any(folder.iterdir()) and not ours:
         raise ValueError(
-            f"{folder} is not empty and was not written by `crawler-bench reproduce` (it has no claims.csv); "
-            "choose another folder with --out"
+            f"{folder} is not empty and was not written by `crawler-bench reproduce` (it has no claims.csv "
+            "with a manifest.json); choose another folder with --out"
         )
+    folder.parent.mkdir(parents=True, exist_ok=True)
+    if not os.access(folder.parent, os.W_OK):
+        raise PermissionError(errno.EACCES, "cannot be written to", str(folder.parent))
 
 
 def main() -> None:

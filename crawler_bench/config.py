@@ -19,10 +19,16 @@ from pydantic import (
     Field,
     ValidationError,
     field_validator,
-    model_validator,
 )
 
 from crawler_bench.physics.parameters import CrawlerParameters
+
+PAPER_NAMES = {
+    "epsilon": "regularization",
+    "alpha": "settings.learning_rate",
+    "gamma": "settings.discount",
+    "N": "n_segments",
+}
 
 
 class ConfigError(ValueError):
@@ -48,7 +54,8 @@ class EvaluationConfig(_Model):
     starts: int = Field(12, ge=1)
     warm_up: float = Field(100.0, ge=0, allow_inf_nan=False)  # tau_theta of random action before each start
     duration: float = Field(400.0, gt=0, allow_inf_nan=False)  # tau_theta of the policy
-    settle: float = Field(100.0, ge=0, allow_inf_nan=False)  # tau_theta of it that gait metrics leave out
+    settle: float = Field(800.0, ge=0, allow_inf_nan=False)  # tau_theta of it before the gait is described
+    gait: float = Field(400.0, gt=0, allow_inf_nan=False)  # tau_theta over which the gait is described
     noise: tuple[float, ...] = (0.0, 0.025, 0.05, 0.1, 0.15, 0.2, 0.3, 0.4)  # amplitudes s; the first is 0
     seed: int = Field(2020, ge=0)  # of starts and noise: the same for every policy
 
@@ -58,12 +65,6 @@ class EvaluationConfig(_Model):
         if not noise or noise[0] != 0 or any(not a < b < math.inf for a, b in itertools.pairwise(noise)):
             raise ValueError("noise amplitudes start with 0 and increase")
         return noise
-
-    @model_validator(mode="after")
-    def _leaves_something_to_measure(self) -> "EvaluationConfig":
-        if self.settle >= self.duration:
-            raise ValueError("settle must be shorter than duration")
-        return self
 
 
 class RunConfig(_Model):
@@ -158,6 +159,8 @@ def load_experiment(path: Path, overrides: Mapping[str, Any] | None = None) -> E
     content = {} if content is None else content
     if not isinstance(content, dict):
         raise ConfigError(f"{path} must hold a mapping of keys to values, not a {type(content).__name__}")
+    if content.keys() == {"seed", "run"} and isinstance(content["run"], dict):  # what a run folder holds
+        content = content["run"] | {"seeds": [content["seed"]]}
     own = {key: content.pop(key) for key in ("seeds", "grid") if key in content}
     experiment = _build(Experiment, {"name": path.stem, "run": content} | own, str(path))
     return experiment.model_copy(update={"run": override(experiment.run, overrides or {}, "--set")})
@@ -215,6 +218,8 @@ def _full_key(content: dict[str, Any], key: str, where: str) -> str:
         return matches[0]
     if matches:
         raise ConfigError(f"{where}: {key!r} is ambiguous; write {' or '.join(matches)}")
+    if key in PAPER_NAMES:
+        raise ConfigError(f"{where}: unknown key {key!r}; here it is {PAPER_NAMES[key]!r}")
     bare = [full.partition(".")[2] for full in dotted]
     close = difflib.get_close_matches(key, [*keys, *bare, *dotted], n=1, cutoff=0.5)
     hint = f"did you mean {close[0]!r}?" if close else f"known are {', '.join([*keys, *dotted])}"

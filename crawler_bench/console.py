@@ -1,7 +1,6 @@
 """What the command line says: results on standard output, notes and errors on standard error."""
 
 import contextlib
-import errno
 import os
 import sys
 from collections.abc import Callable, Iterator
@@ -27,17 +26,14 @@ def _wide_console() -> Console:
 
 def print_claims(claims: "pd.DataFrame") -> None:
     """Print claims with their verdicts, and how many fare how."""
-    from crawler_bench.bench.tables import short, verdict_counts
+    from crawler_bench.bench.tables import interval, short, verdict_counts
 
     wide = _wide_console()
     table = Table("claim", "paper", "ours", "95 % interval", "n", "verdict")
     for row in claims.to_dict("records"):
-        low, high, verdict = row["low"], row["high"], row["verdict"]
-        interval = "no spread" if low == high else f"{short(low)} .. {short(high)}"
-        coloured = f"[{VERDICT_COLOURS.get(verdict, 'dim')}]{verdict}[/]"
-        table.add_row(
-            row["claim"], short(row["paper"]), short(row["ours"]), interval, str(row["n"]), coloured
-        )
+        coloured = f"[{VERDICT_COLOURS.get(row['verdict'], 'dim')}]{row['verdict']}[/]"
+        between = interval(row["low"], row["high"])
+        table.add_row(row["claim"], short(row["paper"]), short(row["ours"]), between, str(row["n"]), coloured)
     wide.print(table)
     wide.print(verdict_counts(claims))
 
@@ -74,16 +70,10 @@ def one_line_errors() -> Iterator[None]:
     except (OSError, ValueError, RuntimeError) as error:
         if os.environ.get("CRAWLER_BENCH_DEBUG"):
             raise
-        _complain(_one_line(error))
+        from crawler_bench.bench.store import explain
+
+        _complain(explain(error))
         sys.exit(1)
-
-
-def _one_line(error: Exception) -> str:
-    if not isinstance(error, OSError):
-        return " ".join(str(error).split())
-    if error.errno == errno.ENOSPC:
-        return "the disk is full; free some room and repeat the command: it goes on from the finished runs"
-    return f"{error.filename}: {error.strerror}" if error.filename else str(error)
 
 
 def _complain(message: str) -> None:

@@ -66,35 +66,39 @@ def evaluate(folder: Path, config: EvaluationConfig | None = None) -> Path:
 
 def read_evaluation(place: Path) -> Evaluation:
     """Read what `evaluate` wrote."""
-    starts, cycles, nodes = (pd.read_csv(place / f"{name}.csv") for name in ("starts", "cycles", "nodes"))
-    with np.load(place / "gait.npz") as arrays:
-        gait = Record(**arrays)
-    return Evaluation(np.loadtxt(place / "table.csv", delimiter=",", ndmin=2), starts, cycles, nodes, gait)
+    try:
+        starts, cycles, nodes = (pd.read_csv(place / f"{name}.csv") for name in ("starts", "cycles", "nodes"))
+        starts[["noise", "start", "speed", "stalled"]], cycles["duration"]
+        with np.load(place / "gait.npz") as arrays:
+            gait = Record(**arrays)
+        table = np.loadtxt(place / "table.csv", delimiter=",", ndmin=2)
+    except (OSError, KeyError, TypeError, ValueError) as error:
+        raise store.NotARunError(
+            f"{place} is damaged ({type(error).__name__}); remove that folder and repeat the command"
+        ) from None
+    return Evaluation(table, starts, cycles, nodes, gait)
 
 
 def measure(run: RunConfig, seed: int, table: NDArray[np.float64], config: EvaluationConfig) -> Evaluation:
     """Roll a policy out from every start under every noise, and take its measure."""
+
+    def crawl(start: int, noise: float, duration: float) -> Record:
+        return rollout(
+            run.parameters, table, warm_up=config.warm_up, duration=duration, noise=noise,
+            start=(config.seed, start), policy_seed=seed,
+        )  # fmt: skip
+
     rows, cycles, nodes, gaits = [], [], [], []
     for noise in config.noise:
         for start in range(config.starts):
-            record = rollout(
-                run.parameters,
-                table,
-                warm_up=config.warm_up,
-                duration=config.duration,
-                noise=noise,
-                start=(config.seed, start),
-                policy_seed=seed,
-            )
+            record = crawl(start, noise, config.duration)
             stalled = metrics.stalls(record)
             row: dict[str, Any] = {
-                "noise": noise,
-                "start": start,
-                "speed": metrics.speed(record),
-                "stalled": stalled,
-            }
+                "noise": noise, "start": start, "speed": metrics.speed(record), "stalled": stalled,
+            }  # fmt: skip
             if noise == config.noise[0]:
-                gait = record.after(config.settle)
+                # The same crawl for longer: strains that the random start has left relax slowly.
+                gait = crawl(start, noise, config.settle + config.gait).after(config.settle)
                 wave = metrics.wave(gait)
                 row |= describe(gait, wave)
                 cycles += [(start, i, duration) for i, duration in enumerate(wave.durations)]

@@ -151,5 +151,6 @@ def crossover(x: ArrayLike, rising: ArrayLike, falling: ArrayLike) -> tuple[Esti
     found = crossings[np.isfinite(crossings)]
     value = first_crossing(at, difference.mean(axis=0))
     tail = (1 - CONFIDENCE) / 2
-    low, high = np.quantile(found, [tail, 1 - tail]) if found.size else (np.nan, np.nan)
+    known = found.size and np.isfinite(value)
+    low, high = np.quantile(found, [tail, 1 - tail]) if known else (np.nan, np.nan)
     return Estimate(value, float(low), float(high), len(difference)), float(found.size / crossings.size)

@@ -64,7 +64,7 @@ def run_cell(cell: Cell, root: Path) -> Outcome:
         folder = train(cell.config, cell.seed, root)
         return Outcome(cell, folder, evaluate(folder, cell.config.evaluation))
     except Exception as error:
-        return Outcome(cell, None, None, f"{type(error).__name__}: {error}", traceback.format_exc())
+        return Outcome(cell, None, None, store.explain(error) or type(error).__name__, traceback.format_exc())
 
 
 def run_cells(cells: Sequence[Cell], root: Path, *, jobs: int = 0, quiet: bool = False) -> list[Outcome]:

@@ -17,7 +17,7 @@ import pandas as pd
 
 from crawler_bench.bench import performance
 from crawler_bench.bench.claims import Verdict
-from crawler_bench.config import EnvironmentConfig, EvaluationConfig
+from crawler_bench.config import EnvironmentConfig, EvaluationConfig, config_folder, load_experiment
 from crawler_bench.physics.parameters import CrawlerParameters
 
 SIGNS = {Verdict.REPRODUCED.value: "✔", Verdict.PARTLY.value: "◐", Verdict.NOT.value: "✘"}
@@ -46,14 +46,15 @@ def claims_table(claims: pd.DataFrame) -> str:
         "source": claims["source"],
         "paper": claims["paper"].map(short),
         "ours": claims["ours"].map(short),
-        "95 % interval": list(map(_interval, claims["low"], claims["high"])),
+        "95 % interval": list(map(interval, claims["low"], claims["high"])),
         "n": claims["n"],
         "verdict": [f"{SIGNS.get(verdict, '')} {verdict}".strip() for verdict in claims["verdict"]],
     })  # fmt: skip
     return rows.to_markdown(index=False, disable_numparse=True)
 
 
-def _interval(low: float, high: float) -> str:
+def interval(low: float, high: float) -> str:
+    """An interval in short."""
     if low == high:
         return "no spread"
     return "-" if math.isnan(low) else f"{short(low)} .. {short(high)}"
@@ -71,17 +72,23 @@ def not_reproduced(claims: pd.DataFrame) -> str:
     failing = claims[claims["verdict"].isin([Verdict.NOT.value, Verdict.PARTLY.value])]
     lines = [
         f"* {SIGNS[row['verdict']]} **{row['verdict']}**: {row['claim']}: paper {short(row['paper'])}, "
-        f"ours {short(row['ours'])} ({_interval(row['low'], row['high'])})."
+        f"ours {short(row['ours'])} ({interval(row['low'], row['high'])})."
         for row in failing.to_dict("records")
     ]
     return "\n".join(lines) or "Everything is reproduced."
 
 
 def parameters_table() -> str:
-    """Every constant of the model and of the task with its default."""
+    """Every constant of the model, the task, the evaluation and the learner."""
     rows = [("CrawlerParameters", field.name, field.default) for field in fields(CrawlerParameters)]
     for model in (EnvironmentConfig, EvaluationConfig):
         rows += [(model.__name__, name, field.default) for name, field in model.model_fields.items()]
+    paper = load_experiment(config_folder() / "paper" / "regularized.yaml")
+    rows += [("configs/paper", name, value) for name, value in paper.run.settings.items()]
+    rows += [
+        ("configs/paper", "decisions", paper.run.decisions),
+        ("configs/paper", "seeds", len(paper.seeds)),
+    ]
     frame = pd.DataFrame(rows, columns=["where", "name", "default"])
     return frame.to_markdown(index=False, disable_numparse=True)
 

@@ -96,8 +96,9 @@ def train(config: RunConfig, seed: int, root: Path, progress_bar: bool = False) 
     env = make_env(config)
     agent = make_agent(config, env, seed)
     recorder = LearningRecorder(env, config.decisions)
-    agent.learn(config.decisions, callback=recorder, progress_bar=progress_bar)
     recorder.record(agent)
+    agent.learn(config.decisions, callback=recorder, progress_bar=progress_bar)
+    recorder.record(agent, last=True)
     with store.publish(folder) as draft:
         store.write_config(draft, config, seed)
         store.write_command(draft)
@@ -130,12 +131,13 @@ class LearningRecorder:
             self.record(local["self"])
         return True
 
-    def record(self, agent: Any) -> None:
-        """Keep a point of the curve, unless this one is kept already."""
-        done = getattr(agent, "num_timesteps", 0)
+    def record(self, agent: Any, last: bool = False) -> None:
+        """Keep a point of the curve, unless this one is kept already; the last with its table of values."""
+        done, table = getattr(agent, "num_timesteps", 0), getattr(agent, "q_table", None)
+        if table is not None and last and self.snapshots and self.snapshots[-1][0] != done:
+            self.snapshots.append((done, table.copy()))
         if self._rows and done == self._rows[-1][0]:
             return
-        table = getattr(agent, "q_table", None)
         policy = "" if table is None else policy_text(np.eye(table.shape[1])[table.argmax(axis=1)])
         self._rows.append((done, *self._crawler.lifetime, policy))
         if table is not None and (
