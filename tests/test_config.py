@@ -104,7 +104,7 @@ def test_an_unknown_key_unlike_any_lists_all(load):
         ("parameters: {damping: [1]}", "damping"),
         ("parameters: {head_muscle: soft}", "head_muscle"),
         ("evaluation: {starts: 0}", "evaluation.starts"),
-        ("evaluation: {settle: 400}", "settle"),
+        ("evaluation: {gait: 0}", "gait"),
         ("evaluation: {noise: []}", "evaluation.noise"),
         ("evaluation: {noise: [0.1, 0.2]}", "evaluation.noise"),
         ("evaluation: {noise: [0, 0.2, 0.1]}", "evaluation.noise"),
@@ -149,7 +149,7 @@ def test_overrides_take_effect_together():
     """Either of the two alone is refused."""
     changed = override(RunConfig(), {"settle": 500, "duration": 600}, "--set").evaluation
     assert (changed.settle, changed.duration) == (500, 600)
-    complaint(override, RunConfig(), {"settle": 500}, "--set")
+    complaint(override, RunConfig(), {"settle": 500, "gait": -1}, "--set")
 
 
 def test_an_ambiguous_bare_key_names_its_full_ones():

@@ -21,7 +21,7 @@ from rich.progress import (
 from crawler_bench.bench import metrics, store
 from crawler_bench.bench.evaluation import Evaluation, evaluate, read_evaluation
 from crawler_bench.bench.training import train
-from crawler_bench.config import RunConfig
+from crawler_bench.config import ConfigError, RunConfig
 
 
 @dataclass(frozen=True)
@@ -64,7 +64,12 @@ def run_cell(cell: Cell, root: Path) -> Outcome:
         folder = train(cell.config, cell.seed, root)
         return Outcome(cell, folder, evaluate(folder, cell.config.evaluation))
     except Exception as error:
-        return Outcome(cell, None, None, store.explain(error) or type(error).__name__, traceback.format_exc())
+        return Outcome(cell, None, None, _say_error(error), traceback.format_exc())
+
+
+def _say_error(error: Exception) -> str:
+    known = isinstance(error, OSError | ConfigError)
+    return store.explain(error) if known else f"{type(error).__name__}: {store.explain(error)}"
 
 
 def run_cells(cells: Sequence[Cell], root: Path, *, jobs: int = 0, quiet: bool = False) -> list[Outcome]:

@@ -54,7 +54,7 @@ def test_how_a_run_is_evaluated_does_not_change_its_key():
 
 
 def test_every_field_of_an_evaluation_changes_its_key():
-    changes = {"starts": 3, "warm_up": 7, "duration": 300, "settle": 7, "noise": (0, 1), "seed": 1}
+    changes = {"starts": 3, "warm_up": 7, "duration": 300, "settle": 7, "gait": 8, "noise": (0, 1), "seed": 1}
     assert set(changes) == set(EvaluationConfig.model_fields)
     keys = [store.evaluation_key(EvaluationConfig(**{name: value})) for name, value in changes.items()]
     assert len({*keys, store.evaluation_key(EvaluationConfig())}) == len(keys) + 1

@@ -105,7 +105,9 @@ def test_the_table_of_parameters_is_complete():
     assert listed["CrawlerParameters", "friction_backward"] == "9.0"
     assert listed["EnvironmentConfig", "regularization"] == "0.01"
     wanted = len(CrawlerParameters.__dataclass_fields__) + len(EnvironmentConfig.model_fields)
-    assert len(listed) == wanted + len(EvaluationConfig.model_fields)
+    schedule = {name for where, name in listed if where == "configs/paper"}
+    assert schedule == {"learning_rate", "discount", "initial_q", "decisions", "seeds"}
+    assert len(listed) == wanted + len(EvaluationConfig.model_fields) + len(schedule)
 
 
 TEMPLATE = "# Title\n\n<!-- begin {0} -->\nold\n<!-- end {0} -->\n\nprose\n"
