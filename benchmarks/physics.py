@@ -1,6 +1,5 @@
 """The physics: one step against one linear solve, one integrator against the other, batches against one."""
 
-import importlib
 from typing import Any
 
 import gymnasium as gym
@@ -17,7 +16,7 @@ from benchmarks.crawlers import (
     random_actions,
 )
 from benchmarks.loops import replay, solve_tridiagonal
-from benchmarks.measure import Effort, Row, Side, compare, missing
+from benchmarks.measure import Effort, Row, Side, compare
 from crawler_bench.physics.coefficients import coefficients
 from crawler_bench.physics.layout import make_memory
 
@@ -76,7 +75,7 @@ def batch_against_one(effort: Effort) -> list[Row]:
         rows.append(compare(batch, one, STEP_UNIT, effort, BATCH_OVER_ONE))
         vector = Side(f"gym.make_vec of {BATCH}, {integrator}", _vector(integrator), units)
         rows.append(compare(vector, one, STEP_UNIT, effort))
-    return [*rows, _vectorized_steps(one, effort)]
+    return rows
 
 
 def _vector(integrator: str) -> Any:
@@ -88,20 +87,3 @@ def _vector(integrator: str) -> Any:
             seen[0] = env.step(seen[0])[0]
 
     return work
-
-
-def _vectorized_steps(one: Side, effort: Effort) -> Row:
-    """The physics of a batch with several crawlers in each vector instruction, where that exists."""
-    what = f"batch of {BATCH}, step, vector instructions, physics alone"
-    try:
-        module = importlib.import_module("crawler_bench.physics.batch")
-    except ModuleNotFoundError:
-        return missing(what, ONE_STEPPED, STEP_UNIT, "not there")
-    batch, state = module.make_batch([body("step")] * BATCH), module.rest_states(10, BATCH)
-    actions = np.random.default_rng(0).integers(10, size=(512, BATCH))
-
-    def work(n_calls: int) -> None:
-        for i in range(n_calls):
-            module.advance_batch(state, batch, actions[i % len(actions)], STEPS)
-
-    return compare(Side(what, work, float(BATCH * STEPS)), one, STEP_UNIT, effort, BATCH_OVER_ONE)
