@@ -67,7 +67,7 @@ def _ratios(ratios: pd.DataFrame) -> pd.DataFrame:
     thousands = ratios.assign(
         per_second=ratios["per_second"] / 1e3, peer_per_second=ratios["peer_per_second"] / 1e3
     )
-    return thousands[list(columns)].fillna({"note": ""}).rename(columns=columns)
+    return thousands[list(columns)].astype({"note": object}).fillna({"note": ""}).rename(columns=columns)
 
 
 def _values(values: pd.DataFrame) -> pd.DataFrame:
