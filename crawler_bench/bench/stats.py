@@ -1,6 +1,8 @@
 """Statistics over independent training runs: interquartile means, bootstrap intervals, shares, crossovers."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
@@ -14,6 +16,17 @@ Array = NDArray[np.float64]
 CONFIDENCE = 0.95
 RESAMPLES = 9999
 _SEED = 20201122  # of every bootstrap: the same data give the same interval
+_intervals = ContextVar("intervals", default=True)
+
+
+@contextmanager
+def without_intervals() -> Iterator[None]:
+    """Estimates close on their values: for a caller who resamples whole runs himself."""
+    token = _intervals.set(False)
+    try:
+        yield
+    finally:
+        _intervals.reset(token)
 
 
 @dataclass(frozen=True)
@@ -61,7 +74,7 @@ def estimate(
     if known.size == 0:
         return Estimate(float("nan"), float("nan"), float("nan"), 0)
     value = float(statistic(known, axis=-1))
-    if known.size == 1 or np.ptp(known) == 0:
+    if known.size == 1 or np.ptp(known) == 0 or not _intervals.get():
         return Estimate(value, value, value, known.size)
     low, high = _interval((known,), statistic, confidence)
     return Estimate(value, low, high, known.size)
@@ -93,6 +106,8 @@ def share(outcomes: ArrayLike) -> Estimate:
     happened = np.asarray(outcomes, dtype=bool)
     if happened.size == 0:
         return Estimate(float("nan"), float("nan"), float("nan"), 0)
+    if not _intervals.get():
+        return Estimate(float(happened.mean()), *2 * (float(happened.mean()),), happened.size)
     interval = stats.binomtest(int(happened.sum()), happened.size).proportion_ci(CONFIDENCE, method="wilson")
     return Estimate(float(happened.mean()), float(interval.low), float(interval.high), happened.size)
 
@@ -109,12 +124,13 @@ def relative_excess(first: ArrayLike, second: ArrayLike) -> Estimate:
     a, b = a[known], b[known]
 
     def excess(x: Array, y: Array, axis: int = -1) -> Any:
-        return interquartile_mean(x, axis) / interquartile_mean(y, axis) - 1
+        with np.errstate(divide="ignore", invalid="ignore"):  # a crawler that stands still has no excess
+            return interquartile_mean(x, axis) / interquartile_mean(y, axis) - 1
 
     if a.size == 0:
         return Estimate(float("nan"), float("nan"), float("nan"), 0)
     value = float(excess(a, b))
-    if a.size == 1 or (np.ptp(a) == 0 and np.ptp(b) == 0):
+    if a.size == 1 or (np.ptp(a) == 0 and np.ptp(b) == 0) or not _intervals.get():
         return Estimate(value, value, value, a.size)
     low, high = _interval((a, b), excess, CONFIDENCE)
     return Estimate(value, low, high, a.size)

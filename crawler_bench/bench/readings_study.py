@@ -1,0 +1,109 @@
+"""Run readings and score them: every reading trains both gaits and lets the untrained crawler go, over the same seeds."""
+
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import pandas as pd
+from joblib import Parallel, delayed
+
+from crawler_bench.bench.claims import Results
+from crawler_bench.bench.readings import Reading, values_of
+from crawler_bench.bench.scoring import Score, score
+from crawler_bench.bench.sweep import Cell, Outcome, read_outcomes, run_cells
+from crawler_bench.config import RunConfig
+
+EXPERIMENTS = ("regularized", "unregularized", "untrained")
+REGULARIZED = EXPERIMENTS[0]
+
+
+@dataclass(frozen=True)
+class Scored:
+    """A reading, run and scored.
+
+    Attributes:
+        reading: the reading.
+        values: dotted key: value of its regularized run.
+        free: names of its free constants.
+        score: how it fares.
+        runs: a row a run, as `crawler_bench.bench.sweep.read_outcomes` gives them.
+        errors: what went wrong, a line a failed run.
+    """
+
+    reading: Reading
+    values: Mapping[str, object]
+    free: tuple[str, ...]
+    score: Score
+    runs: pd.DataFrame
+    errors: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Laboratory:
+    """What a reading is run with.
+
+    Attributes:
+        bases: the run of the default reading for each of EXPERIMENTS; their agents are "module:Class" strings.
+        root: folder of run folders.
+        jobs: number of processes; 0 means one a core.
+        quiet: say nothing.
+    """
+
+    bases: Mapping[str, RunConfig]
+    root: Path
+    jobs: int = 0
+    quiet: bool = False
+
+    def cells(self, reading: Reading, seeds: Sequence[int]) -> list[Cell]:
+        """The runs that a reading needs."""
+        return [
+            Cell(experiment, reading.configure(self.bases[experiment]), seed)
+            for experiment in EXPERIMENTS
+            for seed in seeds
+        ]
+
+    def run(self, readings: Sequence[Reading], seeds: Sequence[int]) -> list[Scored]:
+        """Run and score readings; what is finished is looked up, what two readings share is run once."""
+        needed = {reading.name: self.cells(reading, seeds) for reading in readings}
+        unique: dict[str, Cell] = {}
+        for name, cells in needed.items():
+            for cell in cells:
+                unique.setdefault(_key(cell), replace(cell, experiment=f"{name} {cell.experiment}"))
+        # The longest first, so that no process is left alone with one in the end.
+        ordered = sorted(unique, key=lambda key: -unique[key].config.decisions)
+        outcomes = dict(
+            zip(
+                ordered,
+                run_cells([unique[key] for key in ordered], self.root, jobs=self.jobs, quiet=self.quiet),
+                strict=True,
+            )
+        )
+        tasks = [
+            delayed(_score)(
+                reading,
+                values_of(reading.configure(self.bases[REGULARIZED])),
+                reading.free_constants(self.bases[REGULARIZED]),
+                [replace(outcomes[_key(cell)], cell=cell) for cell in needed[reading.name]],
+                tuple(seeds),
+            )
+            for reading in readings
+        ]
+        scored: list[Scored] = Parallel(n_jobs=self.jobs or os.cpu_count() or 1)(tasks)
+        return scored
+
+
+def _key(cell: Cell) -> str:
+    return f"{cell.seed} {cell.config.model_dump_json()}"
+
+
+def _score(
+    reading: Reading,
+    values: Mapping[str, object],
+    free: tuple[str, ...],
+    outcomes: list[Outcome],
+    seeds: tuple[int, ...],
+) -> Scored:
+    runs, evaluations, _ = read_outcomes(outcomes)
+    errors = tuple(f"{o.cell.experiment} seed {o.cell.seed}: {o.error}" for o in outcomes if o.error)
+    return Scored(reading, values, free, score(Results(runs, evaluations), seeds), runs, errors)
