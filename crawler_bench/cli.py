@@ -9,10 +9,11 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from crawler_bench.commands import readings
 from crawler_bench.console import console, notes, one_line_errors, print_claims, print_frame, teller
 
 if TYPE_CHECKING:
-    from crawler_bench.config import Experiment
+    from crawler_bench.config import Experiment, RunConfig
 
 app = typer.Typer(
     name="crawler-bench",
@@ -271,6 +272,15 @@ def _require_ours(folder: Path) -> None:
     folder.parent.mkdir(parents=True, exist_ok=True)
     if not os.access(folder.parent, os.W_OK):
         raise PermissionError(errno.EACCES, "cannot be written to", str(folder.parent))
+
+
+def _bases() -> "dict[str, RunConfig]":
+    """The paper's three experiments: the default of every reading."""
+    names = ["regularized", "unregularized", "untrained"]
+    return {each.name: each.run for each in _experiments(Preset.paper, names, None, None)}
+
+
+readings.add_to(app, _bases)
 
 
 def main() -> None:

@@ -139,11 +139,16 @@ def values_of(run: RunConfig) -> dict[str, Value]:
     return flat
 
 
-def _name(changes: Mapping[str, Value]) -> str:
-    def word(value: Value) -> str:
-        known = {NO_LIMIT: "none", True: "true", False: "false"}
-        return known.get(value, f"{value:g}") if not isinstance(value, str) else value
+def word(value: Value) -> str:
+    """A value in short."""
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, int | float):
+        return "none" if value == NO_LIMIT else f"{value:g}"
+    return str(value)
 
+
+def _name(changes: Mapping[str, Value]) -> str:
     hidden = ("parameters.integrator", "decisions")
     return ",".join(f"{key.rpartition('.')[2]}={word(changes[key])}" for key in changes if key not in hidden)
 

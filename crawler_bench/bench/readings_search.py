@@ -26,7 +26,9 @@ RANGES: dict[str, tuple[float, float, float | None]] = {
 DIGITS = 3  # significant ones of a constant that is tried
 
 
-def search(laboratory: Laboratory, start: Sequence[Reading], seeds: Sequence[int], trials: int) -> list[Scored]:
+def search(
+    laboratory: Laboratory, start: Sequence[Reading], seeds: Sequence[int], trials: int
+) -> list[Scored]:
     """Run so many trials, those of `start` first.
 
     Args:
@@ -44,7 +46,8 @@ def search(laboratory: Laboratory, start: Sequence[Reading], seeds: Sequence[int
     while len(found) < trials:
         asked = [study.ask() for _ in range(min(BATCH, trials - len(found)))]
         readings = [
-            Reading(f"search-{len(found) + i:02d}", "search", _suggest(trial)) for i, trial in enumerate(asked)
+            Reading(f"search-{len(found) + i:02d}", "search", _suggest(trial))
+            for i, trial in enumerate(asked)
         ]
         scored = laboratory.run(readings, seeds)
         for trial, each in zip(asked, scored, strict=True):

@@ -27,7 +27,8 @@ class Scored:
         values: dotted key: value of its regularized run.
         free: names of its free constants.
         score: how it fares.
-        runs: a row a run, as `crawler_bench.bench.sweep.read_outcomes` gives them.
+        runs: a row a run, as `crawler_bench.bench.sweep.read_outcomes` gives them, with its speed at each
+            amplitude of noise.
         errors: what went wrong, a line a failed run.
     """
 
@@ -106,4 +107,14 @@ def _score(
 ) -> Scored:
     runs, evaluations, _ = read_outcomes(outcomes)
     errors = tuple(f"{o.cell.experiment} seed {o.cell.seed}: {o.error}" for o in outcomes if o.error)
-    return Scored(reading, values, free, score(Results(runs, evaluations), seeds), runs, errors)
+    found = score(Results(runs, evaluations), seeds)
+    if not runs.empty:
+        noisy = evaluations.pivot_table(index=["experiment", "seed"], columns="noise", values="speed")
+        noisy.columns = [noisy_speed(noise) for noise in noisy.columns]
+        runs = runs.merge(noisy, left_on=["experiment", "seed"], right_index=True, how="left")
+    return Scored(reading, values, free, found, runs, errors)
+
+
+def noisy_speed(noise: float) -> str:
+    """Name of the column that holds the speed at an amplitude of noise."""
+    return f"speed_at_noise_{noise:g}"

@@ -246,3 +246,33 @@ def rank(summary: pd.DataFrame) -> pd.DataFrame:
     keyed = summary.assign(_far=~summary["within"], _free=free)
     ordered = keyed.sort_values(["_far", "_free", "score"], kind="stable").drop(columns=["_far", "_free"])
     return ordered.reset_index(drop=True).assign(rank=lambda frame: frame.index + 1)
+
+
+def rescored(readings: pd.DataFrame, claims: pd.DataFrame) -> pd.DataFrame:
+    """Whether another rule would have told another story: the ranking by score under other caps and weights.
+
+    Args:
+        readings: a row a reading: reading, score.
+        claims: a row a reading and claim: reading, claim, group, distance.
+
+    Returns:
+        rule, rho (rank correlation of its scores with ours), default_rank (by that score), best (reading).
+    """
+    counted = claims[claims["distance"].notna()]
+    clipped = counted.assign(low_cap=counted["distance"].clip(upper=2.0), any_miss=counted["distance"] > 1.0)
+    by_group = clipped.groupby(["reading", "group"])
+    by_claim = clipped.groupby("reading")
+    rules = {
+        "ours: mean over groups, cap 5": by_group["distance"].mean().groupby("reading").mean(),
+        "cap 2": by_group["low_cap"].mean().groupby("reading").mean(),
+        "share of groups missed": by_group["any_miss"].mean().groupby("reading").mean(),
+        "every claim for itself": by_claim["distance"].mean(),
+        "median over groups": by_group["distance"].mean().groupby("reading").median(),
+    }
+    ours = readings.set_index("reading")["score"]
+    rows = []
+    for rule, scores in rules.items():
+        scores = scores.reindex(ours.index)
+        ranks = scores.rank(method="min")
+        rows.append((rule, scores.corr(ours, method="spearman"), int(ranks["default"]), scores.idxmin()))
+    return pd.DataFrame(rows, columns=["rule", "rho", "default_rank", "best"])

@@ -15,7 +15,7 @@ from pathlib import Path
 
 import pandas as pd
 
-from crawler_bench.bench import performance
+from crawler_bench.bench import performance, readings_tables
 from crawler_bench.bench.claims import Verdict
 from crawler_bench.config import EnvironmentConfig, EvaluationConfig, config_folder, load_experiment
 from crawler_bench.physics.parameters import CrawlerParameters
@@ -118,6 +118,7 @@ def blocks(results: Path) -> dict[str, Callable[[], str]]:
         "runs": lambda: runs_table(pd.read_csv(results / "runs.csv", dtype={"policy": str})),
         "parameters": parameters_table,
         **performance.blocks(results.parent / "performance", short),
+        **readings_tables.blocks(results.parent / "readings", short),
     }
 
 

@@ -1,0 +1,256 @@
+"""The figures of the readings: profiles of the score, what each reading gets wrong, what the conclusion depends on."""
+
+from collections.abc import Sequence
+
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.colors import ListedColormap
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from crawler_bench.bench import stats
+from crawler_bench.bench.identifiability import group_distances, profile
+from crawler_bench.bench.metrics import ORDERLY
+from crawler_bench.bench.paper_claims import LOCAL
+from crawler_bench.bench.readings import DEFAULT, FIELDS, GIVEN, NO_LIMIT, REGULARIZATION, Field, word
+from crawler_bench.bench.readings_study import REGULARIZED, Scored
+from crawler_bench.bench.scoring import CAP, CORE, TOLERANCE, group_of
+from crawler_bench.bench.style import BLUE, GREEN, GREY, INK, ORANGE, RED, new_figure, tidy
+
+UNITS = {
+    "tau_f": r"$\tau_f$ ($\tau_\theta$)",
+    "tau_m": r"$\tau_m$ ($\tau_\theta$)",
+    "neuron_rate": r"neuron_rate ($1/\tau_\theta$)",
+    "spike_gain": "spike_gain",
+    "decision_interval": r"decision_interval ($\tau_\theta$)",
+    "dt": r"dt of implicit Euler steps ($\tau_\theta$)",
+    "initial_q": "initial_q ($L$)",
+    "episode_distance": "episode_distance ($L$)",
+    "time_limit": r"time_limit ($\tau_\theta$)",
+    "learning_rate": r"$\alpha$",
+    "discount": r"$1-\gamma$",
+    "n_segments": "segments $N$",
+    "regularization": r"$\epsilon$",
+}
+TOP = 10  # readings of the ranking in the map of distances
+
+
+def all_figures(scored: Sequence[Scored]) -> dict[str, Figure]:
+    """All figures by file name."""
+    return {
+        "profiles": profiles(scored),
+        "distances": distances(scored),
+        "conclusion": conclusion(scored),
+        "strength": strength(scored),
+    }
+
+
+def profiles(scored: Sequence[Scored]) -> Figure:
+    """The score along each field, varied alone."""
+    numeric = [field for field in FIELDS if field.name in UNITS]
+    figure = new_figure(10.5, 10.5, "What each choice does to the score (all others as in the default)")
+    panels = figure.subplots(4, 3, sharey=True)
+    for axes, field in zip(panels.flat, numeric, strict=False):
+        _draw_profile(axes, field, profile(field, scored))
+    _draw_choices(panels.flat[len(numeric)], scored)
+    for axes in panels.flat[len(numeric) + 1 :]:
+        axes.set_axis_off()
+    for axes in panels[:, 0]:
+        axes.set_ylabel("score (0: the paper's story)")
+    panels[0, 0].set_ylim(0, CAP)
+    _explain(panels.flat[len(numeric) + 1])
+    return figure
+
+
+def _explain(axes: Axes) -> None:
+    """The legend of the profiles, in a panel of its own."""
+    handles = [
+        Line2D([], [], color=BLUE, marker="o", label="within tolerance, with 95 % interval"),
+        Line2D([], [], color=BLUE, marker="o", mfc="white", label="a core claim fails, or score above 1"),
+        Line2D([], [], color=ORANGE, marker="s", ms=11, mfc="none", ls="", label="value with a source"),
+        Line2D([], [], color=GREY, ls=":", label="the default"),
+        Line2D([], [], color=GREEN, ls="--", label="tolerance of the score"),
+    ]
+    axes.legend(handles=handles, loc="center left", frameon=False, fontsize=9)
+
+
+def _draw_profile(axes: Axes, field: Field, along: Sequence[Scored]) -> None:
+    x = np.array([_place(field, each) for each in along])
+    order = np.argsort(x, kind="stable")
+    axes.plot(x[order], [along[i].score.value for i in order], color=BLUE, lw=1)
+    for at, each in zip(x, along, strict=True):
+        sourced = field.name != "dt" or each.values["parameters.integrator"] == "step"
+        _draw_point(axes, at, each, sourced=sourced and field.is_sourced(each.values[field.key]))
+    default = next(each for each in along if each.reading.name == DEFAULT.name)
+    axes.axvline(_place(field, default), color=GREY, ls=":", lw=1)
+    axes.axhline(TOLERANCE, color=GREEN, ls="--", lw=1)
+    axes.set_xscale("log")
+    axes.set_xticks(x, [_tick(field, each) for each in along], fontsize=8)
+    axes.minorticks_off()
+    axes.set_xlabel(UNITS[field.name])
+    axes.spines[["top", "right"]].set_visible(False)
+
+
+def _draw_point(axes: Axes, x: float, each: Scored, *, sourced: bool) -> None:
+    low, high = each.score.interval
+    axes.plot([x, x], [low, high], color=BLUE, lw=1.2)
+    axes.plot(
+        x, each.score.value, marker="o", color=BLUE, mfc=BLUE if each.score.within else "white", zorder=3
+    )
+    if sourced:
+        axes.plot(x, each.score.value, marker="s", ms=11, mfc="none", color=ORANGE, mew=1.4)
+
+
+def _place(field: Field, each: Scored) -> float:
+    """Where a value stands on a logarithmic axis."""
+    value = float(str(each.values[field.key]))
+    if field.name == "discount":
+        return 1 - value
+    if field.name == "dt" and each.values["parameters.integrator"] == "exact":
+        return 0.0025  # the limit of small steps
+    return 8000.0 if value == NO_LIMIT else value
+
+
+def _tick(field: Field, each: Scored) -> str:
+    if field.name == "dt" and each.values["parameters.integrator"] == "exact":
+        return "exact"
+    value = each.values[field.key]
+    return f"{1 - float(str(value)):g}" if field.name == "discount" else word(value)
+
+
+def _draw_choices(axes: Axes, scored: Sequence[Scored]) -> None:
+    """Readings of words: one column each."""
+    fields = [field for field in FIELDS if field.name not in UNITS]
+    chosen = [
+        each for field in fields for each in profile(field, scored) if each.reading.name != DEFAULT.name
+    ]
+    for x, each in enumerate(chosen):
+        _draw_point(axes, x, each, sourced=True)
+    names = [each.reading.name.replace("=", "\n= ") for each in chosen]
+    axes.set_xticks(range(len(chosen)), names, fontsize=7, rotation=40, ha="right")
+    axes.axhline(TOLERANCE, color=GREEN, ls="--", lw=1)
+    axes.set_xlim(-0.5, max(len(chosen), 1) - 0.5)
+    axes.spines[["top", "right"]].set_visible(False)
+
+
+def distances(scored: Sequence[Scored]) -> Figure:
+    """What each reading gets wrong: distance of every group of claims, for the head of the ranking and the named."""
+    open_ones = [each for each in scored if each.reading.family != "given"]
+    families = ("default", "literal", "repairs", "sourced")
+    chosen = [each for i, each in enumerate(open_ones) if i < TOP or each.reading.family in families]
+    table = pd.DataFrame([group_distances(each.score) for each in chosen])
+    ranks = {each.reading.name: number for number, each in enumerate(scored, 1)}
+    figure = new_figure(11, 0.3 * len(chosen) + 3.2, "What each reading gets wrong")
+    axes = figure.add_subplot()
+    colours = ListedColormap(["#ffffff", "#d1e5f0", "#92c5de", "#4393c3", "#2166ac", "#053061"])
+    edges = np.array([0, 0.5, 1, 2, 3, 4, 5])
+    image = axes.imshow(np.digitize(table.to_numpy(), edges[1:-1], right=True), cmap=colours, vmin=-0.5, vmax=5.5,
+                        aspect="auto")  # fmt: skip
+    core = {group_of(name) for name in CORE}
+    axes.set_xticks(range(table.shape[1]), [f"{name} *" if name in core else name for name in table.columns],
+                    rotation=45, ha="right", fontsize=9)  # fmt: skip
+    labels = [
+        f"{each.reading.name}  ({ranks[each.reading.name]}; {each.score.value:.2f}; {len(each.free)} free)"
+        for each in chosen
+    ]
+    axes.set_yticks(range(len(chosen)), labels, fontsize=8)
+    for tick, each in zip(axes.get_yticklabels(), chosen, strict=True):
+        if each.reading.family in ("default", "literal"):
+            tick.set_fontweight("bold")
+    axes.set_xticks(np.arange(-0.5, table.shape[1]), minor=True)
+    axes.set_yticks(np.arange(-0.5, len(chosen)), minor=True)
+    axes.grid(which="minor", color="#dddddd", lw=0.5)
+    axes.tick_params(which="minor", length=0)
+    axes.set_xlabel("group of claims (* holds a core claim)")
+    axes.set_ylabel("reading (rank; score; free constants)")
+    bar = figure.colorbar(image, ax=axes, pad=0.01, label="distance to the paper (tolerances)")
+    bar.set_ticks(np.arange(6), labels=["0 - 0.5", "0.5 - 1", "1 - 2", "2 - 3", "3 - 4", "4 - 5"])
+    return figure
+
+
+SHARES = (
+    ("ends on the diagonal", RED, "o", "diagonal_distance", lambda x: x == 0),
+    ("wave from tail to head", BLUE, "s", "wave_order", lambda x: x > ORDERLY),
+    ("localized wave", GREEN, "^", "contracted_segments", lambda x: x < LOCAL),
+)  # fmt: skip
+
+
+def conclusion(scored: Sequence[Scored]) -> Figure:
+    """Share of regularized runs that end as the paper says, against what the paper does give."""
+    figure = new_figure(10.5, 6.6, "Does the paper's conclusion depend on what it gives?")
+    panels = figure.subplots(2, 2, sharey=True)
+    for axes, field in zip(panels.flat, (GIVEN[3], GIVEN[0], GIVEN[1], GIVEN[2]), strict=True):
+        along = profile(field, scored)
+        points = [(_place(field, each), _tick(field, each), _of(each, REGULARIZED)) for each in along]
+        if field.key == REGULARIZATION:
+            default = next(each for each in along if each.reading.name == DEFAULT.name)
+            points.append((2.5e-4, "0", _of(default, "unregularized")))
+        _draw_shares(axes, sorted(points, key=lambda point: point[0]))
+        axes.set_xlabel(UNITS[field.name])
+        axes.axvline(
+            _place(field, next(e for e in along if e.reading.name == DEFAULT.name)), color=GREY, ls=":", lw=1
+        )
+    for axes in panels[:, 0]:
+        axes.set_ylabel("share of regularized runs")
+    panels[0, 0].set_ylim(-0.03, 1.03)
+    figure.legend(
+        *panels[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=4, frameon=False
+    )
+    return figure
+
+
+def _of(each: Scored, experiment: str) -> pd.DataFrame:
+    runs: pd.DataFrame = each.runs[each.runs["experiment"] == experiment]
+    return runs
+
+
+def _draw_shares(axes: Axes, points: Sequence[tuple[float, str, pd.DataFrame]]) -> None:
+    x = np.array([point[0] for point in points])
+    for shift, (label, colour, marker, column, holds) in zip((0.97, 1.0, 1.03), SHARES, strict=True):
+        found = [stats.share(holds(runs[column])) for _, _, runs in points]
+        values = np.array([each.value for each in found])
+        bars = np.clip(
+            [values - [each.low for each in found], [each.high for each in found] - values], 0, None
+        )
+        axes.errorbar(
+            x * shift, values, yerr=bars, color=colour, marker=marker, capsize=2, lw=1.2, label=label
+        )
+    axes.set_xscale("log")
+    axes.set_xticks(x, [point[1] for point in points], fontsize=8)
+    axes.minorticks_off()
+    axes.spines[["top", "right"]].set_visible(False)
+
+
+def strength(scored: Sequence[Scored]) -> Figure:
+    """Score of every reading of two numbers that only their product fixes: neuron_rate and spike_gain."""
+    figure = new_figure(7.5, 5.6, "What fixes the gait is a product")
+    axes = figure.add_subplot()
+    tidy(axes, "All readings by the two factors of a muscle's strength; numbers: the product")
+    shown = [
+        each for each in scored if each.reading.family in ("default", "alone", "pairs", "sparse", "search")
+    ]
+    rate, gain = (
+        np.array([float(str(each.values[f"parameters.{name}"])) for each in shown])
+        for name in ("neuron_rate", "spike_gain")
+    )
+    values = np.array([each.score.value for each in shown])
+    order = np.argsort(-values, kind="stable")
+    within = np.array([each.score.within for each in shown])[order]
+    points = axes.scatter(rate[order], gain[order], c=values[order], cmap="viridis_r", vmin=0, vmax=3, s=46,
+                          edgecolors=np.where(within, RED, "none"), linewidths=1.4)  # fmt: skip
+    grid = np.geomspace(0.8, 7, 60)
+    for product in (2, 4, 6):
+        axes.plot(grid, product / grid, color=GREY, lw=0.8, ls="--")
+        axes.annotate(str(product), (product / 0.86, 0.86), color=INK, fontsize=8)
+    axes.set(xscale="log", yscale="log", xlim=(0.85, 6.8), ylim=(0.75, 6.8))
+    ticks = [1, 1.5, 2, 3, 4, 6]
+    axes.set_xticks(ticks, [f"{t:g}" for t in ticks])
+    axes.set_yticks(ticks, [f"{t:g}" for t in ticks])
+    axes.minorticks_off()
+    axes.set_xlabel(UNITS["neuron_rate"])
+    axes.set_ylabel(UNITS["spike_gain"])
+    figure.colorbar(points, ax=axes, label="score (0: the paper's story)", extend="max")
+    axes.plot([], [], ls="", marker="o", mfc="none", mec=RED, label="within tolerance")
+    axes.legend(loc="upper right", frameon=False, fontsize=9)
+    return figure

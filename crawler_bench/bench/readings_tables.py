@@ -1,0 +1,185 @@
+"""The readings in words and tables: the generated blocks of docs/readings.md, and a table for LaTeX."""
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+
+import pandas as pd
+
+from crawler_bench.bench.claims import Verdict
+from crawler_bench.bench.readings import DEFAULT
+from crawler_bench.bench.scoring import CORE, GROUPS
+
+HEAD = 12  # readings of the ranking that the documentation shows, beside the named ones
+NAMED = (DEFAULT.name, "literal")
+
+Short = Callable[[object], str]
+
+
+def ranking(readings: pd.DataFrame, short: Short) -> pd.DataFrame:
+    """All readings in short: rank, reading, free constants, score with its interval, n, within, failed core claims."""
+    return pd.DataFrame({
+        "rank": readings["rank"],
+        "reading": [described(row) for row in readings.to_dict("records")],
+        "free constants": readings["free"],
+        "score": [
+            f"{short(row.score)} ({short(row.low)} .. {short(row.high)})" for row in readings.itertuples()
+        ],
+        "n": readings["n"],
+        "within tolerance": ["yes" if within else "no" for within in readings["within"]],
+        "core claims failed": readings["core_failures"].fillna("").str.replace(" ", ", "),
+    })  # fmt: skip
+
+
+def described(row: dict[str, object]) -> str:
+    """The name of a reading; for one that the search made, also its values."""
+    name = str(row["reading"])
+    if row["family"] == "search":
+        changes = json.loads(str(row["changes"]))
+        return f"{name}: " + ", ".join(f"{key.rpartition('.')[2]} {changes[key]:g}" for key in changes)
+    return f"**{name}**" if name in NAMED else name
+
+
+def to_markdown(frame: pd.DataFrame) -> str:
+    """A frame as a Markdown table."""
+    return frame.to_markdown(index=False, disable_numparse=True)
+
+
+def to_latex(frame: pd.DataFrame) -> str:
+    """A frame as a LaTeX table."""
+
+    def clean(text: object) -> str:
+        words = str(text).replace("**", "").replace("\\", "\\textbackslash{}")
+        for sign in "&%$#_{}":
+            words = words.replace(sign, f"\\{sign}")
+        return words
+
+    lines = [" & ".join(map(clean, row)) + r" \\" for row in frame.itertuples(index=False)]
+    heading = " & ".join(map(clean, frame.columns)) + r" \\"
+    body = "\n".join([r"\toprule", heading, r"\midrule", *lines, r"\bottomrule"])
+    return f"\\begin{{tabular}}{{{'l' * frame.shape[1]}}}\n{body}\n\\end{{tabular}}\n"
+
+
+def blocks(results: Path, short: Short) -> dict[str, Callable[[], str]]:
+    """Every generated block about readings by name.
+
+    Args:
+        results: the folder that `crawler-bench readings` wrote.
+        short: how to write a number.
+    """
+
+    def read(name: str) -> pd.DataFrame:
+        return pd.read_csv(results / f"{name}.csv", keep_default_na=False, na_values=["nan"])
+
+    def table(name: str, columns: dict[str, str]) -> str:
+        frame = read(name)[list(columns)].rename(columns=columns)
+        return to_markdown(frame.map(short))
+
+    return {
+        "readings summary": lambda: _summary(read("readings"), read("confirmation"), short),
+        "readings ranking": lambda: to_markdown(ranking(_head(read("readings")), short)),
+        "readings fields": lambda: table("fields", {
+            "field": "field", "words": "the paper's words", "sourced": "values with a source",
+            "default": "default",
+        }),
+        "readings profiles": lambda: table("fields", {
+            "field": "field", "tried": "tried alone", "lowest": "lowest score", "best": "at",
+            "highest": "highest score", "tolerated": "within tolerance", "not_worse": "not firmly worse than the best",
+            "moved": "groups it moves by a tolerance or more",
+        }),
+        "readings given": lambda: table("given", {
+            "field": "field", "tried": "tried alone", "lowest": "lowest score", "best": "at",
+            "highest": "highest score", "tolerated": "within tolerance",
+        }),
+        "readings literal": lambda: _failures(read("claims"), "literal", short),
+        "readings confirmation": lambda: _confirmation(read("confirmation"), short),
+        "readings telling": lambda: table("telling", {
+            "quantity": "quantity", "figure": "in the paper's", "low": "5 % of readings below",
+            "high": "5 % above", "resolution": "spread between readings / between seeds",
+            "pins": "follows most closely", "rho": "rank correlation",
+        }),
+        "readings conclusions": lambda: _conclusions(read("conclusions")),
+        "readings indistinct": lambda: (results / "indistinct.txt").read_text().strip(),
+        "readings rule": lambda: table("rules", {
+            "rule": "score", "rho": "rank correlation with ours", "default_rank": "rank of the default, by score",
+            "best": "best reading",
+        }),
+    }  # fmt: skip
+
+
+def _head(readings: pd.DataFrame) -> pd.DataFrame:
+    chosen = (readings["rank"] <= HEAD) | readings["reading"].isin(NAMED)
+    head: pd.DataFrame = readings[chosen]
+    return head
+
+
+def _summary(readings: pd.DataFrame, confirmation: pd.DataFrame, short: Short) -> str:
+    rows = readings.set_index("reading")
+    open_ones = readings[readings["family"] != "given"]
+    sourced = readings[readings["family"].isin(["sourced", "literal"])]
+    default, literal = rows.loc[DEFAULT.name], rows.loc["literal"]
+    replaced = confirmation[confirmation["replaces"].astype(str) == "True"]
+    decision = (
+        f"By the rule, {replaced.iloc[0]['reading']} would replace the default."
+        if len(replaced)
+        else "By the rule, the default stays."
+    )
+    return (
+        f"{len(readings)} readings of {readings['n'].max()} paired training runs each, {len(GROUPS)} groups of claims. "
+        f"Of the {len(open_ones)} that vary what the paper leaves open, {int(_true(open_ones['within']).sum())} are "
+        f"within tolerance. The default is number {default['rank']} with a score of {short(default['score'])} "
+        f"({short(default['low'])} .. {short(default['high'])}) and {default['free']} free constants, the literal "
+        f"reading number {literal['rank']} with {short(literal['score'])} and {literal['free']}. Of the "
+        f"{len(sourced)} readings without a free constant of the body the best has {short(sourced['score'].min())}. "
+        f"{decision}"
+    )
+
+
+def _true(column: pd.Series) -> pd.Series:
+    return column.astype(str) == "True"
+
+
+def _failures(claims: pd.DataFrame, reading: str, short: Short) -> str:
+    """What a reading gets wrong."""
+    rows = claims[claims["reading"] == reading]
+    failing = rows[rows["verdict"].isin([Verdict.NOT.value, Verdict.MISSING.value])]
+    words = [f"{row.claim} ({row.verdict})" for row in failing.itertuples()]
+    counts = rows["verdict"].value_counts()
+    told = ", ".join(
+        f"{counts[verdict.value]} {verdict.value}" for verdict in Verdict if verdict.value in counts
+    )
+    core = [name for name in CORE if name in set(failing["claim"])]
+    return (
+        f"{len(rows)} claims: {told}. Failing: {', '.join(words)}. Core claims among them: {', '.join(core)}."
+    )
+
+
+def _confirmation(frame: pd.DataFrame, short: Short) -> str:
+    shown = pd.DataFrame({
+        "reading": frame["reading"],
+        "free": frame["free"],
+        "score, seeds of the study": frame["score_before"].map(short),
+        "score, fresh seeds": [
+            f"{short(row.score)} ({short(row.low)} .. {short(row.high)})" for row in frame.itertuples()
+        ],
+        "n": frame["n"],
+        "lower than the default by": [
+            f"{short(row.lower_by)} ({short(row.lower_low)} .. {short(row.lower_high)})"
+            for row in frame.itertuples()
+        ],
+        "on the diagonal": frame["diagonal"].map(short),
+        "replaces the default": ["yes" if each else "no" for each in _true(frame["replaces"])],
+    })  # fmt: skip
+    return to_markdown(shown)
+
+
+def _conclusions(frame: pd.DataFrame) -> str:
+    def cell(row: pd.Series) -> str:
+        return f"{float(row['holds']):.0%} ({float(row['firmly']):.0%})"
+
+    counts = frame.groupby("population", sort=False)["readings"].first()
+    frame = frame.assign(cell=frame.apply(cell, axis=1))
+    wide = frame.pivot(index="conclusion", columns="population", values="cell")
+    wide = wide.loc[frame["conclusion"].unique(), list(counts.index)]
+    wide.columns = [f"{name} ({counts[name]})" for name in wide.columns]
+    return to_markdown(wide.reset_index())
