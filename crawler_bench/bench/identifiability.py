@@ -7,7 +7,8 @@ import pandas as pd
 from scipy import stats as scipy_stats
 
 from crawler_bench.bench import stats
-from crawler_bench.bench.readings import DEFAULT, FIELDS, Field, word
+from crawler_bench.bench.open_fields import FIELDS, Field, word
+from crawler_bench.bench.readings import DEFAULT
 from crawler_bench.bench.readings_study import Scored, noisy_speed
 from crawler_bench.bench.scoring import GROUPS, TOLERANCE, Score
 
@@ -44,9 +45,9 @@ def profiles(scored: Sequence[Scored], fields: Sequence[Field] = FIELDS) -> pd.D
     """What each field does when it alone is varied.
 
     Returns:
-        A row a field: field, words, tried (values), lowest and highest score, best (its value), tolerated (values
-        within tolerance), not_worse (values that the score cannot tell from the best: the 95 % interval of the paired
-        difference includes 0), moved (groups whose distance changes by MOVES or more).
+        A row a field: field, words, tried (values), lowest and highest score, best (its value), tolerated
+        (values within tolerance), not_worse (values that the score cannot tell from the best: the 95 %
+        interval of the paired difference includes 0), moved (groups whose distance changes by MOVES or more).
     """
     rows = []
     for field in fields:
@@ -116,8 +117,9 @@ def telling(scored: Sequence[Scored]) -> pd.DataFrame:
 
     Returns:
         A row a quantity, the most telling first: quantity, figure, low and high (5th and 95th percentile over
-        readings), resolution (spread between readings over the median spread between the seeds of one), pins (the
-        continuous field that it follows most closely over those readings) and rho (its rank correlation).
+        readings), resolution (spread between readings over the median spread between the seeds of one), pins
+        (the continuous field that it follows most closely over those readings) and rho (its rank
+        correlation).
     """
     within = [each for each in scored if each.score.within and each.reading.family != "given"]
     columns = ["quantity", "figure", "low", "high", "resolution", "pins", "rho"]
@@ -154,11 +156,12 @@ def conclusions(scored: Sequence[Scored]) -> pd.DataFrame:
     """In what share of readings each conclusion of the paper holds.
 
     Three populations: all readings; those whose score over the *other* groups is within tolerance, so that no
-    conclusion chooses its own witnesses; those within tolerance. The variations of what the paper does give are left
-    out.
+    conclusion chooses its own witnesses; those within tolerance. The variations of what the paper does give
+    are left out.
 
     Returns:
-        A row a conclusion and population: conclusion, population, readings (number), holds (share), firmly (share).
+        A row a conclusion and population: conclusion, population, readings (number), holds (share), firmly
+        (share).
     """
     open_ones = [each for each in scored if each.reading.family != "given"]
     populations = {

@@ -1,9 +1,9 @@
 """The whole study, and the rule by which the default reading changes; both were fixed before the first run.
 
-The default changes if another reading with at most as many free constants is within tolerance, has a lower score
-than the default on the seeds of the study, and on fresh seeds, which nothing was chosen by, is within tolerance
-again, has a score lower by a difference whose 95 % interval (paired seeds) excludes 0, and a share of runs on the
-diagonal that is no lower. Of several, the first by rank.
+The default changes if another reading with at most as many free constants is within tolerance, has a lower
+score than the default on the seeds of the study, and on fresh seeds, which nothing was chosen by, is within
+tolerance again, has a score lower by a difference whose 95 % interval (paired seeds) excludes 0, and a share
+of runs on the diagonal that is no lower. Of several, the first by rank.
 """
 
 from collections.abc import Sequence
@@ -42,7 +42,7 @@ class Study:
         return next(each for each in self.scored if each.reading.name == DEFAULT.name)
 
     def confirmation(self) -> pd.DataFrame:
-        """The rule, rival by rival: reading, free, score on the seeds of the study and on fresh ones, verdict."""
+        """The rule, rival by rival: free constants, score on old and on fresh seeds, verdict."""
         default = self.confirmed[0]
         before = {each.reading.name: each for each in self.scored}
         rows = []

@@ -1,4 +1,4 @@
-"""The figures of the readings: profiles of the score, what each reading gets wrong, what the conclusion depends on."""
+"""The figures of the readings: profiles of the score, distances, what the conclusion depends on."""
 
 from collections.abc import Sequence
 
@@ -12,8 +12,9 @@ from matplotlib.lines import Line2D
 from crawler_bench.bench import stats
 from crawler_bench.bench.identifiability import group_distances, profile
 from crawler_bench.bench.metrics import ORDERLY
+from crawler_bench.bench.open_fields import FIELDS, GIVEN, NO_LIMIT, REGULARIZATION, Field, word
 from crawler_bench.bench.paper_claims import LOCAL
-from crawler_bench.bench.readings import DEFAULT, FIELDS, GIVEN, NO_LIMIT, REGULARIZATION, Field, word
+from crawler_bench.bench.readings import DEFAULT
 from crawler_bench.bench.readings_study import REGULARIZED, Scored
 from crawler_bench.bench.scoring import CAP, CORE, TOLERANCE, group_of
 from crawler_bench.bench.style import BLUE, GREEN, GREY, INK, ORANGE, RED, new_figure, tidy
@@ -135,7 +136,7 @@ def _draw_choices(axes: Axes, scored: Sequence[Scored]) -> None:
 
 
 def distances(scored: Sequence[Scored]) -> Figure:
-    """What each reading gets wrong: distance of every group of claims, for the head of the ranking and the named."""
+    """What each reading gets wrong: distance of every group, for the head of the ranking and the named."""
     open_ones = [each for each in scored if each.reading.family != "given"]
     families = ("default", "literal", "repairs", "sourced")
     chosen = [each for i, each in enumerate(open_ones) if i < TOP or each.reading.family in families]
@@ -145,8 +146,8 @@ def distances(scored: Sequence[Scored]) -> Figure:
     axes = figure.add_subplot()
     colours = ListedColormap(["#ffffff", "#d1e5f0", "#92c5de", "#4393c3", "#2166ac", "#053061"])
     edges = np.array([0, 0.5, 1, 2, 3, 4, 5])
-    image = axes.imshow(np.digitize(table.to_numpy(), edges[1:-1], right=True), cmap=colours, vmin=-0.5, vmax=5.5,
-                        aspect="auto")  # fmt: skip
+    shades = np.digitize(table.to_numpy(), edges[1:-1], right=True)
+    image = axes.imshow(shades, cmap=colours, vmin=-0.5, vmax=5.5, aspect="auto")
     core = {group_of(name) for name in CORE}
     axes.set_xticks(range(table.shape[1]), [f"{name} *" if name in core else name for name in table.columns],
                     rotation=45, ha="right", fontsize=9)  # fmt: skip
@@ -165,14 +166,26 @@ def distances(scored: Sequence[Scored]) -> Figure:
     axes.set_xlabel("group of claims (* holds a core claim)")
     axes.set_ylabel("reading (rank; score; free constants)")
     bar = figure.colorbar(image, ax=axes, pad=0.01, label="distance to the paper (tolerances)")
-    bar.set_ticks(np.arange(6), labels=["0 - 0.5", "0.5 - 1", "1 - 2", "2 - 3", "3 - 4", "4 - 5"])
+    bar.set_ticks(list(range(6)), labels=["0 - 0.5", "0.5 - 1", "1 - 2", "2 - 3", "3 - 4", "4 - 5"])
     return figure
 
 
+def _is_diagonal(distance: pd.Series) -> pd.Series:
+    return distance == 0
+
+
+def _is_wave(order: pd.Series) -> pd.Series:
+    return order > ORDERLY
+
+
+def _is_local(contracted: pd.Series) -> pd.Series:
+    return contracted < LOCAL
+
+
 SHARES = (
-    ("ends on the diagonal", RED, "o", "diagonal_distance", lambda x: x == 0),
-    ("wave from tail to head", BLUE, "s", "wave_order", lambda x: x > ORDERLY),
-    ("localized wave", GREEN, "^", "contracted_segments", lambda x: x < LOCAL),
+    ("ends on the diagonal", RED, "o", "diagonal_distance", _is_diagonal),
+    ("wave from tail to head", BLUE, "s", "wave_order", _is_wave),
+    ("localized wave", GREEN, "^", "contracted_segments", _is_local),
 )  # fmt: skip
 
 
@@ -237,8 +250,11 @@ def strength(scored: Sequence[Scored]) -> Figure:
     values = np.array([each.score.value for each in shown])
     order = np.argsort(-values, kind="stable")
     within = np.array([each.score.within for each in shown])[order]
-    points = axes.scatter(rate[order], gain[order], c=values[order], cmap="viridis_r", vmin=0, vmax=3, s=46,
-                          edgecolors=np.where(within, RED, "none"), linewidths=1.4)  # fmt: skip
+    edges = [RED if each else "none" for each in within]
+    points = axes.scatter(
+        rate[order], gain[order], c=values[order], edgecolors=edges, cmap="viridis_r", vmin=0, vmax=3, s=46,
+        linewidths=1.4,
+    )  # fmt: skip
     grid = np.geomspace(0.8, 7, 60)
     for product in (2, 4, 6):
         axes.plot(grid, product / grid, color=GREY, lw=0.8, ls="--")

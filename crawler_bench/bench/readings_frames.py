@@ -6,16 +6,17 @@ from collections.abc import Sequence
 import pandas as pd
 
 from crawler_bench.bench.claims import judge
+from crawler_bench.bench.open_fields import FIELDS, GIVEN
 from crawler_bench.bench.paper_claims import find_claim
-from crawler_bench.bench.readings import FIELDS, GIVEN, Reading
+from crawler_bench.bench.readings import Reading
 from crawler_bench.bench.readings_study import Scored
 from crawler_bench.bench.scoring import rank
 from crawler_bench.bench.stats import Estimate
 
 OF_RUNS = (
-    "experiment", "seed", "policy", "diagonal_distance", "speed", "speed_moving", "speed_learning_end", "stall_share",
-    "wave_order", "waves_per_tau", "cycle_duration", "peak_contraction", "strain_range", "strain_gradient",
-    "contracted_segments", "unused_muscles", "pairs_together", "power_per_distance", "run",
+    "experiment", "seed", "policy", "diagonal_distance", "speed", "speed_moving", "speed_learning_end",
+    "stall_share", "wave_order", "waves_per_tau", "cycle_duration", "peak_contraction", "strain_range",
+    "strain_gradient", "contracted_segments", "unused_muscles", "pairs_together", "power_per_distance", "run",
 )  # fmt: skip
 
 
@@ -23,17 +24,19 @@ def summarize(scored: Sequence[Scored]) -> pd.DataFrame:
     """A row a reading, in the order of their ranks.
 
     Returns:
-        rank, reading, family, score, low, high, within, core_failures, free, free_constants, n, failed, changes
-        (JSON), and the value of every field.
+        rank, reading, family, score, low, high, within, core_failures, free, free_constants, n, failed,
+        changes (JSON), and the value of every field.
     """
     rows = []
     for each in scored:
         low, high = each.score.interval
         rows.append({
-            "reading": each.reading.name, "family": each.reading.family, "score": each.score.value, "low": low,
-            "high": high, "within": each.score.within, "core_failures": " ".join(each.score.core_failures),
-            "free": len(each.free), "free_constants": " ".join(each.free), "n": int(each.score.claims["n"].max()),
-            "failed": len(each.errors), "changes": json.dumps(dict(each.reading.changes)),
+            "reading": each.reading.name, "family": each.reading.family, "score": each.score.value,
+            "low": low, "high": high, "within": each.score.within,
+            "core_failures": " ".join(each.score.core_failures),
+            "free": len(each.free), "free_constants": " ".join(each.free),
+            "n": int(each.score.claims["n"].max()), "failed": len(each.errors),
+            "changes": json.dumps(dict(each.reading.changes)),
             **{field.name: each.values[field.key] for field in (*FIELDS, *GIVEN)},
         })  # fmt: skip
     ranked = rank(pd.DataFrame(rows))

@@ -8,7 +8,8 @@ import numpy as np
 import pandas as pd
 
 from crawler_bench.bench import identifiability, readings_figures, store, style, tables
-from crawler_bench.bench.readings import FIELDS, GIVEN, Reading
+from crawler_bench.bench.open_fields import FIELDS, GIVEN
+from crawler_bench.bench.readings import Reading
 from crawler_bench.bench.readings_decision import Study
 from crawler_bench.bench.readings_frames import claims_of, read_reading, runs_of, summarize
 from crawler_bench.bench.readings_study import Laboratory, Scored

@@ -1,7 +1,7 @@
-"""Search the continuous constants jointly for the lowest score, with Optuna's TPE: the same seed, the same search.
+"""Search the continuous constants jointly for the lowest score, by Optuna's TPE: same seed, same search.
 
-Trials are asked for in batches, whose runs share all processes, and told in order; so the search neither depends on
-the number of processes nor on which of them is faster.
+Trials are asked for in batches, whose runs share all processes, and told in order; so the search neither
+depends on the number of processes nor on which of them is faster.
 """
 
 from collections.abc import Sequence

@@ -1,4 +1,4 @@
-"""Run readings and score them: every reading trains both gaits and lets the untrained crawler go, over the same seeds."""
+"""Run readings and score them: each trains both gaits and has the untrained crawler beside."""
 
 import os
 from collections.abc import Mapping, Sequence
@@ -45,7 +45,8 @@ class Laboratory:
     """What a reading is run with.
 
     Attributes:
-        bases: the run of the default reading for each of EXPERIMENTS; their agents are "module:Class" strings.
+        bases: the run of the default reading for each of EXPERIMENTS; their agents are "module:Class"
+            strings.
         root: folder of run folders.
         jobs: number of processes; 0 means one a core.
         quiet: say nothing.
@@ -110,7 +111,7 @@ def _score(
     found = score(Results(runs, evaluations), seeds)
     if not runs.empty:
         noisy = evaluations.pivot_table(index=["experiment", "seed"], columns="noise", values="speed")
-        noisy.columns = [noisy_speed(noise) for noise in noisy.columns]
+        noisy.columns = [noisy_speed(float(noise)) for noise in noisy.columns]
         runs = runs.merge(noisy, left_on=["experiment", "seed"], right_index=True, how="left")
     return Scored(reading, values, free, found, runs, errors)
 

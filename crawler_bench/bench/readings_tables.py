@@ -17,10 +17,10 @@ Short = Callable[[object], str]
 
 
 def ranking(readings: pd.DataFrame, short: Short) -> pd.DataFrame:
-    """All readings in short: rank, reading, free constants, score with its interval, n, within, failed core claims."""
+    """All readings in short: rank, free constants, score with its interval, n, within, failed core claims."""
     return pd.DataFrame({
         "rank": readings["rank"],
-        "reading": [described(row) for row in readings.to_dict("records")],
+        "reading": list(map(described, readings["reading"], readings["family"], readings["changes"])),
         "free constants": readings["free"],
         "score": [
             f"{short(row.score)} ({short(row.low)} .. {short(row.high)})" for row in readings.itertuples()
@@ -31,11 +31,10 @@ def ranking(readings: pd.DataFrame, short: Short) -> pd.DataFrame:
     })  # fmt: skip
 
 
-def described(row: dict[str, object]) -> str:
-    """The name of a reading; for one that the search made, also its values."""
-    name = str(row["reading"])
-    if row["family"] == "search":
-        changes = json.loads(str(row["changes"]))
+def described(name: str, family: str, changed: str) -> str:
+    """The name of a reading; for one that the search made, also its values (JSON)."""
+    if family == "search":
+        changes = json.loads(changed)
         return f"{name}: " + ", ".join(f"{key.rpartition('.')[2]} {changes[key]:g}" for key in changes)
     return f"**{name}**" if name in NAMED else name
 
@@ -84,8 +83,8 @@ def blocks(results: Path, short: Short) -> dict[str, Callable[[], str]]:
         }),
         "readings profiles": lambda: table("fields", {
             "field": "field", "tried": "tried alone", "lowest": "lowest score", "best": "at",
-            "highest": "highest score", "tolerated": "within tolerance", "not_worse": "not firmly worse than the best",
-            "moved": "groups it moves by a tolerance or more",
+            "highest": "highest score", "tolerated": "within tolerance",
+            "not_worse": "not firmly worse than the best", "moved": "groups it moves by a tolerance or more",
         }),
         "readings given": lambda: table("given", {
             "field": "field", "tried": "tried alone", "lowest": "lowest score", "best": "at",
@@ -95,13 +94,13 @@ def blocks(results: Path, short: Short) -> dict[str, Callable[[], str]]:
         "readings confirmation": lambda: _confirmation(read("confirmation"), short),
         "readings telling": lambda: table("telling", {
             "quantity": "quantity", "figure": "in the paper's", "low": "5 % of readings below",
-            "high": "5 % above", "resolution": "spread between readings / between seeds",
+            "high": "5 % above", "resolution": "spread over that of seeds",
             "pins": "follows most closely", "rho": "rank correlation",
         }),
         "readings conclusions": lambda: _conclusions(read("conclusions")),
         "readings indistinct": lambda: (results / "indistinct.txt").read_text().strip(),
         "readings rule": lambda: table("rules", {
-            "rule": "score", "rho": "rank correlation with ours", "default_rank": "rank of the default, by score",
+            "rule": "score", "rho": "rank correlation with ours", "default_rank": "rank of the default",
             "best": "best reading",
         }),
     }  # fmt: skip
@@ -124,14 +123,15 @@ def _summary(readings: pd.DataFrame, confirmation: pd.DataFrame, short: Short) -
         if len(replaced)
         else "By the rule, the default stays."
     )
+    within, runs = int(_true(open_ones["within"]).sum()), readings["n"].max()
+    between = f"{short(default['low'])} .. {short(default['high'])}"
     return (
-        f"{len(readings)} readings of {readings['n'].max()} paired training runs each, {len(GROUPS)} groups of claims. "
-        f"Of the {len(open_ones)} that vary what the paper leaves open, {int(_true(open_ones['within']).sum())} are "
-        f"within tolerance. The default is number {default['rank']} with a score of {short(default['score'])} "
-        f"({short(default['low'])} .. {short(default['high'])}) and {default['free']} free constants, the literal "
-        f"reading number {literal['rank']} with {short(literal['score'])} and {literal['free']}. Of the "
-        f"{len(sourced)} readings without a free constant of the body the best has {short(sourced['score'].min())}. "
-        f"{decision}"
+        f"{len(readings)} readings of {runs} paired training runs each, {len(GROUPS)} groups of claims. Of the "
+        f"{len(open_ones)} that vary what the paper leaves open, {within} are within tolerance. The default is "
+        f"number {default['rank']} with a score of {short(default['score'])} ({between}) and "
+        f"{default['free']} free constants, the literal reading number {literal['rank']} with "
+        f"{short(literal['score'])} and {literal['free']}. Of the {len(sourced)} readings without a free "
+        f"constant of the body the best has {short(sourced['score'].min())}. {decision}"
     )
 
 

@@ -2,19 +2,20 @@
 
 Everything here was written down before the first reading was run.
 
-* A *distance* for each claim, in units of a tolerance. A number: its difference from the paper's in units of 10 % of
-  the paper's. A share of runs: by how much it falls short of 80 %, in units of 20 %. An ordering: 0 when the 95 %
-  interval of the paired difference excludes 0 on the paper's side, else 1 and the length by which the difference
-  lies on the wrong side, in units of half the interval. No claim counts for more than CAP, and one without data
-  counts CAP.
-* Claims that say one thing in several units or several ways form a *group* and count once: the mean of theirs.
+* A *distance* for each claim, in units of a tolerance. A number: its difference from the paper's in units of
+  10 % of the paper's. A share of runs: by how much it falls short of 80 %, in units of 20 %. An ordering: 0
+  when the 95 % interval of the paired difference excludes 0 on the paper's side, else 1 and the length by
+  which the difference lies on the wrong side, in units of half the interval. No claim counts for more than
+  CAP, and one without data counts CAP.
+* Claims that say one thing in several units or several ways form a *group* and count once: the mean of
+  theirs.
 * The *score* is the mean over groups; 0 is the paper's story told in full, CAP is silence.
 * A reading is *within tolerance* when its score is at most TOLERANCE and no core claim is further than 1.
-* Of readings within tolerance the one with fewest free constants stands first, then the lower score; a reading with
-  every constant sourced is preferred to a better fit without. The others follow by score.
-* The interval of a score is a percentile bootstrap over training runs, with the same resamples of seeds for every
-  reading, so that the difference of two scores has an interval too. An ordering keeps the width of its interval in
-  every resample.
+* Of readings within tolerance the one with fewest free constants stands first, then the lower score; a
+  reading with every constant sourced is preferred to a better fit without. The others follow by score.
+* The interval of a score is a percentile bootstrap over training runs, with the same resamples of seeds for
+  every reading, so that the difference of two scores has an interval too. An ordering keeps the width of its
+  interval in every resample.
 """
 
 from collections.abc import Sequence
@@ -64,8 +65,8 @@ GROUPS = {
     "untrained": ("uncoordinated",),
     "learning pays": ("learning_pays", "learning_pays_unregularized"),
 }  # fmt: skip
-# Shown and not counted: no reading can meet both larger_range and smaller_range, which is its negative; the paper
-# gives no number for the crossover; the grid over alpha and gamma is run for the default reading alone.
+# Shown and not counted: no reading can meet both larger_range and smaller_range, which is its negative; the
+# paper gives no number for the crossover; the grid over alpha and gamma is run for the default reading alone.
 UNCOUNTED = ("larger_range", "crossover", "alpha_gamma")
 CORE = ("wave", "nearest_neighbour", "faster", "slower_high_noise")
 COUNTED = tuple(claim for claim in CLAIMS if claim.name not in UNCOUNTED)
@@ -214,23 +215,22 @@ class _Table:
         return self._noisy[experiment]
 
     def resampled(self, chosen: NDArray[np.int64]) -> Results:
-        return _Resampled(self, chosen)
+        return _Resampled(self._results.runs, self._results.evaluations, self, chosen)
 
 
+@dataclass(frozen=True)
 class _Resampled(Results):
     """Results of resampled training runs, numbered anew, so that pairs of experiments stay pairs."""
 
-    def __init__(self, table: _Table, chosen: NDArray[np.int64]) -> None:
-        object.__setattr__(self, "_table", table)
-        object.__setattr__(self, "_chosen", chosen)
+    table: _Table
+    chosen: NDArray[np.int64]
 
     def of(self, experiment: str, column: str) -> pd.Series:
-        values: Array = self._table.column(experiment, column)[self._chosen]  # type: ignore[attr-defined]
-        return pd.Series(values)
+        return pd.Series(self.table.column(experiment, column)[self.chosen])
 
     def noisy_speed(self, experiment: str) -> pd.DataFrame:
-        speeds: pd.DataFrame = self._table.noisy(experiment)  # type: ignore[attr-defined]
-        return speeds.iloc[self._chosen].reset_index(drop=True)  # type: ignore[attr-defined]
+        speeds = self.table.noisy(experiment)
+        return speeds.take(self.chosen.tolist()).reset_index(drop=True)
 
 
 def rank(summary: pd.DataFrame) -> pd.DataFrame:
