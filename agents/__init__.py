@@ -12,6 +12,8 @@ ENTRY_POINT_GROUP = "crawler_bench.agents"
 
 REGISTRY = {
     "qlearning": "agents.qlearning:QLearning",
+    "dqn": "agents.dqn:DQN",
+    "ppo": "agents.ppo:PPO",
     "random": "agents.reference:Random",
     "still": "agents.reference:Still",
     "wave": "agents.reference:Wave",
