@@ -163,6 +163,8 @@ def summarize(evaluation: Evaluation, learning: pd.DataFrame) -> dict[str, objec
         "speed_moving": moving["speed"].mean(),
         "reward": quiet["reward"].mean(),
         "stall_share": quiet["stalled"].astype(float).mean(),
+        "decisions": int(learning["decisions"].iloc[-1]),
+        "gradient_updates": int(learning["gradient_updates"].iloc[-1]),
         "speed_learning": _learning_speed(learning, 0.0),
         "speed_learning_end": _learning_speed(learning, 0.9),
         "cycles": len(durations),
