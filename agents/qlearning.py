@@ -53,6 +53,7 @@ def learn_on_crawler(
     n_decisions: int,
     alpha: float,
     gamma: float,
+    end_is_terminal: bool,
     rng: State,
     memory: Memory,
     task: Task,
@@ -62,10 +63,9 @@ def learn_on_crawler(
     for _ in range(n_decisions):
         a = greedy(Q[o], rng)
         o_next, r, _, _, _, end = decide(memory, a, task, env_rng)
-        update(Q, o, a, r + gamma * Q[o_next].max(), alpha)
-        o = o_next
-        if end != RUNNING:  # both ends truncate: the update above has looked through them
-            o = begin(memory, task, env_rng)
+        ended = end != RUNNING  # by distance or time, which truncates: worth looking through
+        update(Q, o, a, r + (0.0 if ended and end_is_terminal else gamma * Q[o_next].max()), alpha)
+        o = begin(memory, task, env_rng) if ended else o_next
     return o
 
 
@@ -78,6 +78,8 @@ class QLearning:
         discount: gamma, in [0, 1).
         initial_q: the uniform, high value that every entry starts from.
         seed: of the agent's own generator and of the environment's first reset.
+        end_is_terminal: a reading of the paper: no future is counted after the last decision of an episode,
+            even of a truncated one. False looks through truncation, as crawling goes on for ever.
         compiled: use the compiled loop where the environment is the crawler; False is for comparison.
 
     Attributes:
@@ -95,6 +97,7 @@ class QLearning:
         initial_q: float = 0.2,
         seed: int | None = None,
         *,
+        end_is_terminal: bool = False,
         compiled: bool = True,
     ) -> None:
         learning_rate, discount = _number("learning_rate", learning_rate), _number("discount", discount)
@@ -105,7 +108,12 @@ class QLearning:
             raise ValueError(f"discount = {discount!r} is not possible: it must be in [0, 1)")
         if not np.isfinite(initial_q):
             raise ValueError(f"initial_q = {initial_q!r} is not possible: it must be a finite number")
+        if not isinstance(end_is_terminal, bool):
+            raise ValueError(
+                f"end_is_terminal = {end_is_terminal!r} is not possible: it must be true or false"
+            )
         self.learning_rate, self.discount, self.initial_q = learning_rate, discount, initial_q
+        self.end_is_terminal = end_is_terminal
         self.seed, self.compiled = None if seed is None else int(seed), compiled
         self.num_timesteps = 0
         agent_seed, env_seed, tie_seed = np.random.SeedSequence(seed).spawn(3)
@@ -184,7 +192,8 @@ class QLearning:
             a = greedy(Q[o], rng)
             seen, r, terminated, truncated, _ = self.env.step(a + first_a)
             o_next = int(seen) - first_o
-            update(Q, o, a, float(r) + (0.0 if terminated else gamma * Q[o_next].max()), alpha)
+            no_future = terminated or (truncated and self.end_is_terminal)
+            update(Q, o, a, float(r) + (0.0 if no_future else gamma * Q[o_next].max()), alpha)
             o = o_next
             if terminated or truncated:
                 seen, _ = self.env.reset()
@@ -196,7 +205,7 @@ class QLearning:
         crawler: Any = self.env.unwrapped
         self._observation = learn_on_crawler(
             self.q_table, self._observation or 0, n_decisions, self.learning_rate, self.discount,
-            live_state(self.rng), crawler.memory, crawler.task, crawler.generator_state,
+            self.end_is_terminal, live_state(self.rng), crawler.memory, crawler.task, crawler.generator_state,
         )  # fmt: skip
 
     def _runs_compiled(self) -> bool:
@@ -242,6 +251,7 @@ class QLearning:
             "learning_rate": self.learning_rate,
             "discount": self.discount,
             "initial_q": self.initial_q,
+            "end_is_terminal": self.end_is_terminal,
             "seed": self.seed,
             "num_timesteps": self.num_timesteps,
             "policy": self.policy.tolist(),
@@ -262,8 +272,9 @@ class QLearning:
         try:
             content = json.loads(Path(path).read_text())
             agent = cls(
-                None, content["learning_rate"], content["discount"], content["initial_q"], content["seed"]
-            )
+                None, content["learning_rate"], content["discount"], content["initial_q"], content["seed"],
+                end_is_terminal=content.get("end_is_terminal", False),
+            )  # fmt: skip
             agent.q_table = np.array(content["q_table"], dtype=np.float64)
             agent.num_timesteps = content["num_timesteps"]
             agent.rng.bit_generator.state, agent._prediction_rng.bit_generator.state = content["generators"]
