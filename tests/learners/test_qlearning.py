@@ -11,7 +11,8 @@ from stable_baselines3.common.evaluation import evaluate_policy
 from stable_baselines3.common.vec_env import DummyVecEnv
 
 import crawler_bench
-from agents.qlearning import QLearning, greedy, update
+from agents.loop import greedy, update
+from agents.qlearning import QLearning
 from crawler_bench.envs.crawler import CrawlerEnv
 from crawler_bench.envs.randomness import live_state
 
