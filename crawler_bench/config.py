@@ -8,6 +8,7 @@ import itertools
 import math
 import re
 from collections.abc import Iterator, Mapping
+from importlib import import_module
 from pathlib import Path
 from typing import Annotated, Any, Literal, TypeVar
 
@@ -261,6 +262,19 @@ def nearest(key: str, names: list[str]) -> str:
     """Words that name the key that was probably meant, or all there are."""
     close = difflib.get_close_matches(key, names, n=1, cutoff=0.5)
     return f"; did you mean {close[0]!r}?" if close else f"; known are {', '.join(names)}"
+
+
+def import_agent(spec: str) -> Any:
+    """The class that a "module:Class" string names.
+
+    Raises:
+        ConfigError: if there is no such class.
+    """
+    module, _, name = spec.partition(":")
+    try:
+        return getattr(import_module(module), name)
+    except (ImportError, AttributeError, ValueError) as error:
+        raise ConfigError(f"agent {spec!r} cannot be imported: {error}") from None
 
 
 def _build(model: type[Built], content: Mapping[str, Any], where: str) -> Built:

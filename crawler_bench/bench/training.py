@@ -2,7 +2,6 @@
 
 import inspect
 import time
-from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +13,7 @@ import crawler_bench
 from crawler_bench.bench import store
 from crawler_bench.bench.metrics import policy_text
 from crawler_bench.bench.policies import believed_policy
-from crawler_bench.config import ConfigError, RunConfig, nearest
+from crawler_bench.config import ConfigError, RunConfig, import_agent, nearest
 
 CURVE_INTERVAL = 1000  # decisions between two points of the learning curve
 SNAPSHOTS = 80  # of the table of values, along the run
@@ -26,11 +25,7 @@ def load_class(spec: str) -> Any:
     Raises:
         ConfigError: if there is no such class.
     """
-    module, _, name = spec.partition(":")
-    try:
-        return getattr(import_module(module), name)
-    except (ImportError, AttributeError, ValueError) as error:
-        raise ConfigError(f"agent {spec!r} cannot be imported: {error}") from None
+    return import_agent(spec)
 
 
 def make_env(config: RunConfig) -> Any:
