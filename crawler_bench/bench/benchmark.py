@@ -55,14 +55,15 @@ def run_benchmark(entries: Sequence[Experiment], runs_root: Path, *, jobs: int, 
     found = {}
     for mode in MODES:
         # The second mode finds the runs trained. What failed once is not tried again: it would fail again.
-        found[mode] = run_cells([_in_mode(cell, mode) for cell in cells], runs_root, jobs=jobs, quiet=quiet)
+        found[mode] = run_cells([in_mode(cell, mode) for cell in cells], runs_root, jobs=jobs, quiet=quiet)
         if all(outcome.error for outcome in found[mode]):
             raise RuntimeError(f"all {len(cells)} runs failed; the first: {found[mode][0].error}")
         cells = [cell for cell, outcome in zip(cells, found[mode], strict=True) if not outcome.error]
     return collect(found)
 
 
-def _in_mode(cell: Cell, mode: str) -> Cell:
+def in_mode(cell: Cell, mode: str) -> Cell:
+    """The same run, evaluated in a mode."""
     return Cell(cell.experiment, override(cell.config, {"evaluation.mode": mode}, cell.experiment), cell.seed)
 
 
@@ -80,7 +81,7 @@ def collect(found: dict[str, list[Outcome]]) -> Benchmark:
             frame.assign(mode=named).dropna(subset="mode").sort_values(KEY, kind="stable", ignore_index=True)
         )
 
-    frames = [_frames(outcomes, mode) for mode, outcomes in found.items()]
+    frames = [measured(outcomes, mode) for mode, outcomes in found.items()]
     runs, evaluations, cycles = (
         keep(pd.concat(each, ignore_index=True)) for each in zip(*frames, strict=True)
     )
@@ -90,12 +91,12 @@ def collect(found: dict[str, list[Outcome]]) -> Benchmark:
             mode: [each for each in outcomes if (each.cell.experiment, mode) in names]
             for mode, outcomes in found.items()
         },
-        runs, evaluations, cycles, keep(tables), _curves(first),
+        runs, evaluations, cycles, keep(tables), learning_curves(first),
         [outcome for outcomes in found.values() for outcome in outcomes if outcome.error],
     )  # fmt: skip
 
 
-def _frames(outcomes: Sequence[Outcome], mode: str) -> list[pd.DataFrame]:
+def measured(outcomes: Sequence[Outcome], mode: str) -> list[pd.DataFrame]:
     """Runs, evaluations and cycles, keyed as KEY says."""
     frames = []
     for frame in read_outcomes(outcomes):
@@ -139,7 +140,7 @@ def _key(outcome: Outcome) -> tuple[str, float, int]:
     return outcome.cell.experiment, outcome.cell.config.environment.regularization, outcome.cell.seed
 
 
-def _curves(outcomes: Sequence[Outcome]) -> pd.DataFrame:
+def learning_curves(outcomes: Sequence[Outcome]) -> pd.DataFrame:
     """Learning curves in windows of equal numbers of decisions; agents that learn nothing have none."""
     curves = []
     for outcome in outcomes:
