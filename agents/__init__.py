@@ -4,7 +4,6 @@ An agent is a class with the interface of a Stable-Baselines3 agent: `Agent(env,
 `predict`, `save` and `load`. It is named by a registered name or, anyone's, as "module:Class".
 """
 
-from importlib import import_module
 from importlib.metadata import entry_points
 from typing import Any
 
@@ -12,6 +11,8 @@ ENTRY_POINT_GROUP = "crawler_bench.agents"
 
 REGISTRY = {
     "qlearning": "agents.qlearning:QLearning",
+    "dqn": "agents.dqn:DQN",
+    "ppo": "agents.ppo:PPO",
     "random": "agents.reference:Random",
     "still": "agents.reference:Still",
     "wave": "agents.reference:Wave",
@@ -43,13 +44,6 @@ def agent_class(name: str) -> Any:
     Raises:
         ValueError: if it cannot be found.
     """
-    module, _, attribute = agent_spec(name).partition(":")
-    try:
-        return getattr(import_module(module), attribute)
-    except (ImportError, AttributeError, ValueError) as error:
-        raise ValueError(f"agent {name!r} cannot be imported: {error}") from None
+    from crawler_bench.config import import_agent  # imported late: a learner needs no configuration
 
-
-def make_agent(name: str, env: Any, seed: int | None = None, **settings: Any) -> Any:
-    """Build an agent for an environment; settings go to its class."""
-    return agent_class(name)(env, seed=seed, **settings)
+    return import_agent(agent_spec(name))

@@ -6,7 +6,6 @@ The policy is greedy; what makes it explore is that all values start equal and h
 has been tried disappoints, and another takes its turn.
 """
 
-import json
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -15,58 +14,15 @@ import gymnasium as gym
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from agents import saving
+from agents.loop import greedy, learn_on_crawler, update
 from crawler_bench.envs.crawler import CrawlerEnv
-from crawler_bench.envs.randomness import State, live_state, random
-from crawler_bench.envs.transition import RUNNING, Memory, Task, begin, decide
-from crawler_bench.physics.compilation import kernel
+from crawler_bench.envs.randomness import live_state
 
 Callback = Callable[[dict[str, Any], dict[str, Any]], bool | None]
 
 # Wrappers that gym.make adds and that change nothing: under them the compiled loop is the same loop.
 _TRANSPARENT_WRAPPERS = (gym.wrappers.OrderEnforcing, gym.wrappers.PassiveEnvChecker)
-
-
-@kernel
-def greedy(values: NDArray[np.float64], rng: State) -> int:
-    """Index of the highest of the values, ties broken at random (a tie of m takes m - 1 draws)."""
-    best, index, ties = -np.inf, 0, 0
-    for a in range(values.size):
-        if values[a] > best:
-            best, index, ties = values[a], a, 1
-        elif values[a] == best:
-            ties += 1
-            if random(rng) * ties < 1.0:
-                index = a
-    return index
-
-
-@kernel
-def update(Q: NDArray[np.float64], o: int, a: int, target: float, alpha: float) -> None:
-    """Move Q(o, a) towards the target r + gamma max_a' Q(o', a') [M20, eq. 12]."""
-    Q[o, a] = (1.0 - alpha) * Q[o, a] + alpha * target
-
-
-@kernel
-def learn_on_crawler(
-    Q: NDArray[np.float64],
-    o: int,
-    n_decisions: int,
-    alpha: float,
-    gamma: float,
-    rng: State,
-    memory: Memory,
-    task: Task,
-    env_rng: State,
-) -> int:
-    """The loop of `QLearning.learn` on the crawler, compiled; gives the same Q to the last bit."""
-    for _ in range(n_decisions):
-        a = greedy(Q[o], rng)
-        o_next, r, _, _, _, end = decide(memory, a, task, env_rng)
-        update(Q, o, a, r + gamma * Q[o_next].max(), alpha)
-        o = o_next
-        if end != RUNNING:  # both ends truncate: the update above has looked through them
-            o = begin(memory, task, env_rng)
-    return o
 
 
 class QLearning:
@@ -78,11 +34,14 @@ class QLearning:
         discount: gamma, in [0, 1).
         initial_q: the uniform, high value that every entry starts from.
         seed: of the agent's own generator and of the environment's first reset.
+        end_is_terminal: a reading of the paper: no future is counted after the last decision of an episode,
+            even of a truncated one. False looks through truncation, as crawling goes on for ever.
         compiled: use the compiled loop where the environment is the crawler; False is for comparison.
 
     Attributes:
         q_table: (observations, actions) values.
         num_timesteps: decisions learned from so far.
+        observation: what it acts on next, counted from 0; None until the environment is reset.
     """
 
     CALLBACK_INTERVAL = 1000  # decisions between two calls of a callback
@@ -95,6 +54,7 @@ class QLearning:
         initial_q: float = 0.2,
         seed: int | None = None,
         *,
+        end_is_terminal: bool = False,
         compiled: bool = True,
     ) -> None:
         learning_rate, discount = _number("learning_rate", learning_rate), _number("discount", discount)
@@ -105,16 +65,19 @@ class QLearning:
             raise ValueError(f"discount = {discount!r} is not possible: it must be in [0, 1)")
         if not np.isfinite(initial_q):
             raise ValueError(f"initial_q = {initial_q!r} is not possible: it must be a finite number")
+        if not isinstance(end_is_terminal, bool):
+            raise ValueError(
+                f"end_is_terminal = {end_is_terminal!r} is not possible: it must be true or false"
+            )
         self.learning_rate, self.discount, self.initial_q = learning_rate, discount, initial_q
+        self.end_is_terminal = end_is_terminal
         self.seed, self.compiled = None if seed is None else int(seed), compiled
         self.num_timesteps = 0
         agent_seed, env_seed, tie_seed = np.random.SeedSequence(seed).spawn(3)
         self.rng = np.random.default_rng(agent_seed)
         self._env_seed = int(env_seed.generate_state(1)[0]) if seed is not None else None
-        self._prediction_rng = np.random.default_rng(
-            tie_seed
-        )  # asking for an action must not change learning
-        self._observation: int | None = None
+        self.prediction_rng = np.random.default_rng(tie_seed)  # asking for an action leaves learning as it is
+        self.observation: int | None = None
         self.q_table: NDArray[np.float64] = np.empty((0, 0))
         self.env: gym.Env[Any, Any] | None = None
         if env is not None:
@@ -136,7 +99,7 @@ class QLearning:
             raise ValueError(f"the table is {self.q_table.shape}, the environment needs {self._shape(env)}")
         self._shape(env)
         self.env = env
-        self._observation = None
+        self.observation = None
 
     @property
     def policy(self) -> NDArray[np.int64]:
@@ -159,47 +122,61 @@ class QLearning:
         """
         from rich.progress import track
 
-        if self.env is None:
-            raise ValueError("this agent has no environment yet: call set_env first")
-        if self._observation is None:
-            first, _ = self.env.reset(seed=self._env_seed if self.num_timesteps == 0 else None)
-            self._observation = int(first) - self._start(self.env.observation_space)
-        loop = self._compiled_loop if self._runs_compiled() else self._plain_loop
-        chunks = _chunks(self.num_timesteps, total_timesteps, self.CALLBACK_INTERVAL)
+        chunks = self.start(total_timesteps)
+        loop = self._compiled_loop if self.runs_compiled() else self._plain_loop
         for n_decisions in track(chunks, "learning", disable=not progress_bar):
             loop(n_decisions)
-            self.num_timesteps += n_decisions
-            if callback is not None and callback(locals(), globals()) is False:
+            if not self.count(n_decisions, callback):
                 break
         return self
+
+    def start(self, total_timesteps: int) -> list[int]:
+        """Get ready to learn: reset the environment, unless in mid-episode.
+
+        Returns:
+            Numbers of decisions to learn from, from one call of a callback to the next.
+        """
+        if self.env is None:
+            raise ValueError("this agent has no environment yet: call set_env first")
+        if self.observation is None:
+            first, _ = self.env.reset(seed=self._env_seed if self.num_timesteps == 0 else None)
+            self.observation = int(first) - self._start(self.env.observation_space)
+        return _chunks(self.num_timesteps, total_timesteps, self.CALLBACK_INTERVAL)
+
+    def count(self, n_decisions: int, callback: Callback | None) -> bool:
+        """Count decisions learned from and tell the callback; False if that stops the learning."""
+        self.num_timesteps += n_decisions
+        return callback is None or callback(locals(), globals()) is not False
 
     def _plain_loop(self, n_decisions: int) -> None:
         """Eq. 12 on any environment, one step at a time."""
         assert self.env is not None
-        assert self._observation is not None
-        Q, alpha, gamma, o = self.q_table, self.learning_rate, self.discount, self._observation
+        assert self.observation is not None
+        Q, alpha, gamma, o = self.q_table, self.learning_rate, self.discount, self.observation
         rng = live_state(self.rng)
         first_o, first_a = self._start(self.env.observation_space), self._start(self.env.action_space)
         for _ in range(n_decisions):
             a = greedy(Q[o], rng)
             seen, r, terminated, truncated, _ = self.env.step(a + first_a)
             o_next = int(seen) - first_o
-            update(Q, o, a, float(r) + (0.0 if terminated else gamma * Q[o_next].max()), alpha)
+            no_future = terminated or (truncated and self.end_is_terminal)
+            update(Q, o, a, float(r) + (0.0 if no_future else gamma * Q[o_next].max()), alpha)
             o = o_next
             if terminated or truncated:
                 seen, _ = self.env.reset()
                 o = int(seen) - first_o
-        self._observation = o
+        self.observation = o
 
     def _compiled_loop(self, n_decisions: int) -> None:
         assert self.env is not None
         crawler: Any = self.env.unwrapped
-        self._observation = learn_on_crawler(
-            self.q_table, self._observation or 0, n_decisions, self.learning_rate, self.discount,
-            live_state(self.rng), crawler.memory, crawler.task, crawler.generator_state,
+        self.observation = learn_on_crawler(
+            self.q_table, self.observation or 0, n_decisions, self.learning_rate, self.discount,
+            self.end_is_terminal, live_state(self.rng), crawler.memory, crawler.task, crawler.generator_state,
         )  # fmt: skip
 
-    def _runs_compiled(self) -> bool:
+    def runs_compiled(self) -> bool:
+        """Whether the environment is the crawler itself, so that the compiled loop is the same loop."""
         env = self.env
         while isinstance(env, _TRANSPARENT_WRAPPERS):
             env = env.env
@@ -230,27 +207,13 @@ class QLearning:
         start_o = self._start(self.env.observation_space) if self.env else 0
         start_a = self._start(self.env.action_space) if self.env else 0
         seen = np.asarray(observation, dtype=np.int64)
-        rng = live_state(self._prediction_rng)
+        rng = live_state(self.prediction_rng)
         chosen = [greedy(self.q_table[o - start_o], rng) + start_a for o in seen.ravel()]
         return np.array(chosen, dtype=np.int64).reshape(seen.shape), state
 
     def save(self, path: str | Path) -> None:
         """Write everything that decides the future as JSON, a crawler in mid-episode included."""
-        environment = self.env.unwrapped if self.env is not None else None
-        content = {
-            "agent": "qlearning",
-            "learning_rate": self.learning_rate,
-            "discount": self.discount,
-            "initial_q": self.initial_q,
-            "seed": self.seed,
-            "num_timesteps": self.num_timesteps,
-            "policy": self.policy.tolist(),
-            "q_table": self.q_table.tolist(),
-            "generators": [self.rng.bit_generator.state, self._prediction_rng.bit_generator.state],
-            "observation": self._observation,
-            "environment": environment.get_state() if isinstance(environment, CrawlerEnv) else None,
-        }
-        Path(path).write_text(json.dumps(content, indent=1) + "\n")
+        saving.save(self, path)
 
     @classmethod
     def load(cls, path: str | Path, env: gym.Env[Any, Any] | None = None) -> "QLearning":
@@ -259,24 +222,7 @@ class QLearning:
         Raises:
             ValueError: if the file holds no such agent.
         """
-        try:
-            content = json.loads(Path(path).read_text())
-            agent = cls(
-                None, content["learning_rate"], content["discount"], content["initial_q"], content["seed"]
-            )
-            agent.q_table = np.array(content["q_table"], dtype=np.float64)
-            agent.num_timesteps = content["num_timesteps"]
-            agent.rng.bit_generator.state, agent._prediction_rng.bit_generator.state = content["generators"]
-            observation, snapshot = content["observation"], content["environment"]
-        except (json.JSONDecodeError, UnicodeDecodeError, KeyError, TypeError) as error:
-            raise ValueError(f"{path} is not a saved Q-learning agent ({error!r})") from None
-        if env is not None:
-            agent.set_env(env)
-            if snapshot is not None and isinstance(env.unwrapped, CrawlerEnv):
-                env.reset()  # wrappers want one before the first step
-                env.unwrapped.set_state(snapshot)
-                agent._observation = observation
-        return agent
+        return saving.load(cls, path, env)
 
 
 def _number(name: str, value: Any) -> float:

@@ -8,8 +8,9 @@ import itertools
 import math
 import re
 from collections.abc import Iterator, Mapping
+from importlib import import_module
 from pathlib import Path
-from typing import Annotated, Any, TypeVar
+from typing import Annotated, Any, Literal, TypeVar
 
 import yaml
 from pydantic import (
@@ -57,6 +58,7 @@ class EvaluationConfig(_Model):
     settle: float = Field(800.0, ge=0, allow_inf_nan=False)  # tau_theta of it before the gait is described
     gait: float = Field(400.0, gt=0, allow_inf_nan=False)  # tau_theta over which the gait is described
     noise: tuple[float, ...] = (0.0, 0.025, 0.05, 0.1, 0.15, 0.2, 0.3, 0.4)  # amplitudes s; the first is 0
+    mode: Literal["deterministic", "stochastic"] = "deterministic"  # which policy of an agent that has both
     seed: int = Field(2020, ge=0)  # of starts and noise: the same for every policy
 
     @field_validator("noise")
@@ -72,7 +74,8 @@ class RunConfig(_Model):
 
     agent: str = "qlearning"
     settings: dict[str, Any] = {}  # of the agent's class
-    decisions: int = Field(800_000, ge=0)
+    decisions: int = Field(800_000, ge=0)  # of all crawlers together
+    crawlers: int = Field(1, ge=1)  # that a deep agent learns from side by side
     environment: EnvironmentConfig = EnvironmentConfig()
     parameters: CrawlerParameters = CrawlerParameters()
     evaluation: EvaluationConfig = EvaluationConfig()
@@ -123,7 +126,25 @@ class Experiment(_Model):
                 yield run, seed
 
 
+class Range(_Model):
+    """What a tuned value may be: one of `values`, or a number from `low` to `high`."""
+
+    start: Any  # tried first
+    values: tuple[Any, ...] = ()
+    low: float = 0.0
+    high: float = 0.0
+    log: bool = False  # drawn evenly on a logarithmic scale
+
+
+class Tuning(Experiment):
+    """A search for the settings that earn an experiment's runs the highest reward."""
+
+    trials: int = Field(12, ge=1)
+    space: dict[str, Range] = Field(min_length=1)  # dotted key: what it may be
+
+
 Built = TypeVar("Built", bound=_Model)
+Kind = TypeVar("Kind", bound=Experiment)
 
 
 class _Loader(yaml.SafeLoader):
@@ -148,6 +169,15 @@ def load_experiment(path: Path, overrides: Mapping[str, Any] | None = None) -> E
     Raises:
         ConfigError: naming the file, the key and what is allowed or was probably meant.
     """
+    return _load(Experiment, path, overrides)
+
+
+def load_tuning(path: Path, overrides: Mapping[str, Any] | None = None) -> Tuning:
+    """Read a search from YAML, as `load_experiment` does."""
+    return _load(Tuning, path, overrides)
+
+
+def _load(kind: type[Kind], path: Path, overrides: Mapping[str, Any] | None) -> Kind:
     try:
         content = yaml.load(path.read_text(), _Loader)
     except OSError as error:
@@ -161,8 +191,10 @@ def load_experiment(path: Path, overrides: Mapping[str, Any] | None = None) -> E
         raise ConfigError(f"{path} must hold a mapping of keys to values, not a {type(content).__name__}")
     if content.keys() == {"seed", "run"} and isinstance(content["run"], dict):  # what a run folder holds
         content = content["run"] | {"seeds": [content["seed"]]}
-    own = {key: content.pop(key) for key in ("seeds", "grid") if key in content}
-    experiment = _build(Experiment, {"name": path.stem, "run": content} | own, str(path))
+    own = {
+        key: content.pop(key) for key in [*content] if key in kind.model_fields and key not in ("name", "run")
+    }
+    experiment = _build(kind, {"name": path.stem, "run": content} | own, str(path))
     return experiment.model_copy(update={"run": override(experiment.run, overrides or {}, "--set")})
 
 
@@ -230,6 +262,19 @@ def nearest(key: str, names: list[str]) -> str:
     """Words that name the key that was probably meant, or all there are."""
     close = difflib.get_close_matches(key, names, n=1, cutoff=0.5)
     return f"; did you mean {close[0]!r}?" if close else f"; known are {', '.join(names)}"
+
+
+def import_agent(spec: str) -> Any:
+    """The class that a "module:Class" string names.
+
+    Raises:
+        ConfigError: if there is no such class.
+    """
+    module, _, name = spec.partition(":")
+    try:
+        return getattr(import_module(module), name)
+    except (ImportError, AttributeError, ValueError) as error:
+        raise ConfigError(f"agent {spec!r} cannot be imported: {error}") from None
 
 
 def _build(model: type[Built], content: Mapping[str, Any], where: str) -> Built:

@@ -85,13 +85,13 @@ def _cache() -> str:
 
 
 def _configs() -> str:
-    from crawler_bench.config import config_folder, load_experiment
+    from crawler_bench.config import config_folder, load_experiment, load_tuning
 
     paths = sorted(config_folder().glob("*/*.yaml"))
     if not paths:
         raise FileNotFoundError(f"no experiment in {config_folder()}")
     for path in paths:
-        load_experiment(path)
+        (load_tuning if path.parent.name == "tuning" else load_experiment)(path)
     return f"{len(paths)} experiments in {config_folder()}"
 
 

@@ -15,7 +15,7 @@ import pytest
 from crawler_bench import cli
 from crawler_bench.bench import animation, figures, training
 
-ROOT = Path(cli.__file__).parents[1]
+ROOT = Path(cli.__file__).parents[2]
 COMMANDS = ("reproduce", "train", "evaluate", "render", "list", "doctor")
 SHORT = ("starts=2", "warm_up=5", "duration=40", "settle=10")
 SETTINGS = tuple(word for value in SHORT for word in ("--set", value))
@@ -243,7 +243,7 @@ def test_the_command_of_a_claim_remakes_it(reproduced, monkeypatch):
 
 def test_the_command_of_a_claim_is_quoted_for_a_shell(reproduced, monkeypatch):
     seen = []
-    monkeypatch.setattr(cli, "print_claims", seen.append)
+    monkeypatch.setattr(cli.paper, "print_claims", seen.append)
     words = ("--claim", "speed", "--runs", reproduced / "runs", "--set", "evaluation.noise=[0, 0.2]")
     assert crawler_bench("reproduce", *SMOKE, *words)[0] == 0
     assert words[-1] in shlex.split(seen[0]["command"].iloc[0])

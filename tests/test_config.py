@@ -12,6 +12,7 @@ from crawler_bench.config import (
     RunConfig,
     config_folder,
     load_experiment,
+    load_tuning,
     override,
     parse_assignments,
     parse_seeds,
@@ -239,4 +240,5 @@ def test_paper_and_smoke_have_the_same_experiments():
 
 @pytest.mark.parametrize("path", CONFIGS, ids=lambda path: f"{path.parent.name}-{path.stem}")
 def test_every_configuration_loads_and_expands(path: Path):
-    assert list(load_experiment(path).runs())
+    load = load_tuning if path.parent.name == "tuning" else load_experiment
+    assert list(load(path).runs())

@@ -10,8 +10,9 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from crawler_bench.bench import metrics, store
+from crawler_bench.bench.policies import action_table
 from crawler_bench.bench.record import Record
-from crawler_bench.bench.rollout import action_table, rollout
+from crawler_bench.bench.rollout import rollout
 from crawler_bench.bench.training import agent_file, load_class, make_env
 from crawler_bench.config import EvaluationConfig, RunConfig
 
@@ -22,8 +23,8 @@ class Evaluation:
 
     Attributes:
         table: (N, N) probability of each action at each observation.
-        starts: a row for each noise amplitude and start: noise, start, speed, stalled and, without noise, the
-            metrics of the gait.
+        starts: a row for each noise amplitude and start: noise, start, speed, reward, stalled and, without
+            noise, the metrics of the gait.
         cycles: a row for each cycle: start, cycle, duration.
         nodes: a row for each start and node: power_peak, power_duration.
         gait: record of the first start that does not stall (of the first, where all do), settled.
@@ -53,7 +54,7 @@ def evaluate(folder: Path, config: EvaluationConfig | None = None) -> Path:
         return place
     started = time.time()
     agent = load_class(run.agent).load(agent_file(folder), env=make_env(run))
-    table = action_table(agent, run.parameters.n_segments)
+    table = action_table(agent, run.parameters.n_segments, config.mode)
     evaluation = measure(run, seed, table, config)
     with store.publish(place) as draft:
         np.savetxt(draft / "table.csv", evaluation.table, delimiter=",", fmt="%.17g")
@@ -88,17 +89,21 @@ def measure(run: RunConfig, seed: int, table: NDArray[np.float64], config: Evalu
             start=(config.seed, start), policy_seed=seed,
         )  # fmt: skip
 
+    longest = max(config.duration, config.settle + config.gait)
     rows, cycles, nodes, gaits = [], [], [], []
     for noise in config.noise:
         for start in range(config.starts):
-            record = crawl(start, noise, config.duration)
+            quiet = noise == config.noise[0]
+            whole = crawl(start, noise, longest if quiet else config.duration)
+            record = whole.before(config.duration)
             stalled = metrics.stalls(record)
             row: dict[str, Any] = {
-                "noise": noise, "start": start, "speed": metrics.speed(record), "stalled": stalled,
+                "noise": noise, "start": start, "speed": metrics.speed(record),
+                "reward": metrics.reward(record, run.environment.regularization), "stalled": stalled,
             }  # fmt: skip
-            if noise == config.noise[0]:
-                # The same crawl for longer: strains that the random start has left relax slowly.
-                gait = crawl(start, noise, config.settle + config.gait).after(config.settle)
+            if quiet:
+                # Later in the same crawl: strains that the random start has left relax slowly.
+                gait = whole.before(config.settle + config.gait).after(config.settle)
                 wave = metrics.wave(gait)
                 row |= describe(gait, wave)
                 cycles += [(start, i, duration) for i, duration in enumerate(wave.durations)]

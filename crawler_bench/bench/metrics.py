@@ -48,6 +48,12 @@ def speed(record: Record) -> float:
     return float((record.centroid[-1] - record.centroid[0]) / (record.time[-1] - record.time[0]))
 
 
+def reward(record: Record, regularization: float) -> float:
+    """Mean reward of a decision without noise, L [M20, eq. 11]."""
+    advance = (record.centroid[-1] - record.centroid[0]) / record.action.size
+    return float(advance - regularization * _gradient(record)[1:].mean())
+
+
 def stalls(record: Record) -> bool:
     """Whether the crawler has come to a stop: less than STALL_ADVANCE in the last quarter of the record."""
     tail = record.after(record.time[0] + 0.75 * (record.time[-1] - record.time[0]))
@@ -110,7 +116,11 @@ def strain_range(record: Record) -> float:
 
 def strain_gradient(record: Record) -> float:
     """Mean over time of the largest change of strain between neighbours, r_2 of [M20, eq. 11]."""
-    return float(np.abs(np.diff(record.strain, axis=1)).max(axis=1).mean())
+    return float(_gradient(record).mean())
+
+
+def _gradient(record: Record) -> Array:
+    return np.asarray(np.abs(np.diff(record.strain, axis=1)).max(axis=1))
 
 
 def contracted_segments(record: Record) -> float:
@@ -197,6 +207,11 @@ def power_per_distance(record: Record) -> float:
 def diagonal_distance(policy: NDArray[np.int64]) -> int:
     """Number of observations at which a policy is not nearest-neighbour wiring, action = observation."""
     return int((policy != np.arange(policy.size)).sum())
+
+
+def off_diagonal(table: Array) -> float:
+    """Mean probability of an action other than nearest-neighbour wiring's: 0 on the diagonal."""
+    return float(1 - np.diagonal(table).mean())
 
 
 def policy_text(table: Array) -> str:

@@ -13,6 +13,7 @@ from crawler_bench.bench.readings_study import Scored
 from crawler_bench.bench.scoring import rank
 from crawler_bench.bench.stats import Estimate
 
+SHOWN = ["rank", "reading", "free", "score", "low", "high", "n", "within", "core_failures"]  # in short
 OF_RUNS = (
     "experiment", "seed", "policy", "diagonal_distance", "speed", "speed_moving", "speed_learning_end",
     "stall_share", "wave_order", "waves_per_tau", "cycle_duration", "peak_contraction", "strain_range",

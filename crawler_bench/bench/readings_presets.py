@@ -5,7 +5,6 @@ from dataclasses import dataclass
 from crawler_bench.bench.readings import Reading, readings
 from crawler_bench.config import RunConfig, override
 
-SHOWN = ["rank", "reading", "free", "score", "low", "high", "n", "within", "core_failures"]
 SMOKE_READINGS = ("default", "literal", "tau_f=1", "regularization=0.05")
 
 

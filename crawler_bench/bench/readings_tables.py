@@ -123,12 +123,12 @@ def _summary(readings: pd.DataFrame, confirmation: pd.DataFrame, short: Short) -
         if len(replaced)
         else "By the rule, the default stays."
     )
-    within, runs = int(_true(open_ones["within"]).sum()), readings["n"].max()
+    within, seeds = int(_true(open_ones["within"]).sum()), readings["n"].max()
     between = f"{short(default['low'])} .. {short(default['high'])}"
     return (
-        f"{len(readings)} readings of {runs} paired training runs each, {len(GROUPS)} groups of claims. Of the "
-        f"{len(open_ones)} that vary what the paper leaves open, {within} are within tolerance. The default is "
-        f"number {default['rank']} with a score of {short(default['score'])} ({between}) and "
+        f"{len(readings)} readings of {seeds} paired training runs each, {len(GROUPS)} groups of claims. "
+        f"Of the {len(open_ones)} that vary what the paper leaves open, {within} are within tolerance. The "
+        f"default is number {default['rank']} with a score of {short(default['score'])} ({between}) and "
         f"{default['free']} free constants, the literal reading number {literal['rank']} with "
         f"{short(literal['score'])} and {literal['free']}. Of the {len(sourced)} readings without a free "
         f"constant of the body the best has {short(sourced['score'].min())}. {decision}"

@@ -45,8 +45,18 @@ class Record:
 
     def after(self, time: float) -> "Record":
         """The part of the record from a time on."""
-        first = int(np.searchsorted(self.time, time * (1 - 1e-12)))
+        return self._samples(slice(self._index(time), None), slice(self._index(time), None))
+
+    def before(self, time: float) -> "Record":
+        """The part of the record up to a time."""
+        last = self._index(time)
+        return self._samples(slice(last + 1), slice(last))
+
+    def _index(self, time: float) -> int:
+        return int(np.searchsorted(self.time, time * (1 - 1e-12)))
+
+    def _samples(self, states: slice, decisions: slice) -> "Record":
         return Record(
-            self.time[first:], self.displacement[first:], self.velocity[first:], self.force[first:],
-            self.power[first:], self.action[first:],
+            self.time[states], self.displacement[states], self.velocity[states], self.force[states],
+            self.power[states], self.action[decisions],
         )  # fmt: skip

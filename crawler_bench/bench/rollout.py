@@ -4,8 +4,6 @@ A policy without memory, on N observations, is a table of N x N action probabili
 every agent is rolled out by one compiled loop.
 """
 
-from typing import Any
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -17,20 +15,6 @@ from crawler_bench.physics.layout import DISPLACEMENT, FORCE, POWER, VELOCITY, m
 from crawler_bench.physics.parameters import CrawlerParameters
 
 Array = NDArray[np.float64]
-
-
-def action_table(agent: Any, n_segments: int) -> Array:
-    """The whole policy of an agent: (N, N) probabilities of each action at each observation.
-
-    Args:
-        agent: anything with `predict`; a stochastic one tells its `action_probabilities` as well.
-        n_segments: N.
-    """
-    stochastic = getattr(agent, "action_probabilities", None)
-    if stochastic is not None:
-        return np.array(stochastic, dtype=np.float64)
-    actions, _ = agent.predict(np.arange(n_segments), deterministic=True)
-    return np.eye(n_segments)[np.asarray(actions, dtype=np.int64)]
 
 
 def rollout(

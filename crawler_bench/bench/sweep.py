@@ -151,16 +151,20 @@ def summarize(evaluation: Evaluation, learning: pd.DataFrame) -> dict[str, objec
     quiet = starts[starts["noise"] == starts["noise"].iloc[0]]
     moving = quiet[~quiet["stalled"].astype(bool)]
     policy = evaluation.table.argmax(axis=1)
-    settings = ["noise", "start", "speed", "stalled", "cycle_duration", "cycles"]
+    settings = ["noise", "start", "speed", "reward", "stalled", "cycle_duration", "cycles"]
     durations = evaluation.cycles["duration"]
     row: dict[str, object] = {
         "policy": metrics.policy_text(evaluation.table),
         "observations": len(policy),
         "diagonal_distance": metrics.diagonal_distance(policy),
+        "off_diagonal": metrics.off_diagonal(evaluation.table),
         "speed": quiet["speed"].mean(),
         "speed_median": quiet["speed"].median(),
         "speed_moving": moving["speed"].mean(),
+        "reward": quiet["reward"].mean(),
         "stall_share": quiet["stalled"].astype(float).mean(),
+        "decisions": int(learning["decisions"].iloc[-1]),
+        "gradient_updates": int(learning["gradient_updates"].iloc[-1]),
         "speed_learning": _learning_speed(learning, 0.0),
         "speed_learning_end": _learning_speed(learning, 0.9),
         "cycles": len(durations),

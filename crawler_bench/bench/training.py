@@ -2,7 +2,6 @@
 
 import inspect
 import time
-from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +12,8 @@ import pandas as pd
 import crawler_bench
 from crawler_bench.bench import store
 from crawler_bench.bench.metrics import policy_text
-from crawler_bench.config import ConfigError, RunConfig, nearest
+from crawler_bench.bench.policies import believed_policy
+from crawler_bench.config import ConfigError, RunConfig, import_agent, nearest
 
 CURVE_INTERVAL = 1000  # decisions between two points of the learning curve
 SNAPSHOTS = 80  # of the table of values, along the run
@@ -25,26 +25,29 @@ def load_class(spec: str) -> Any:
     Raises:
         ConfigError: if there is no such class.
     """
-    module, _, name = spec.partition(":")
-    try:
-        return getattr(import_module(module), name)
-    except (ImportError, AttributeError, ValueError) as error:
-        raise ConfigError(f"agent {spec!r} cannot be imported: {error}") from None
+    return import_agent(spec)
 
 
-def make_env(config: RunConfig) -> gym.Env[Any, Any]:
-    """The environment that a run learns in."""
+def make_env(config: RunConfig) -> Any:
+    """The environment that a run learns in: one crawler or, for Stable-Baselines3, several."""
     arguments = dict(config.environment)
+    if config.crawlers > 1:
+        from crawler_bench.envs.sb3 import CrawlerVecEnv  # loads torch
+
+        return CrawlerVecEnv(config.crawlers, config.parameters, **arguments)
     return gym.make(crawler_bench.ENV_ID, parameters=config.parameters, **arguments)
 
 
-def make_agent(config: RunConfig, env: gym.Env[Any, Any], seed: int) -> Any:
+def make_agent(config: RunConfig, env: Any, seed: int) -> Any:
     """Build the agent of a run.
+
+    A class of Stable-Baselines3 or of its contributors, which wants a policy first, gets "MlpPolicy".
 
     Raises:
         ConfigError: if its class does not know one of the settings.
     """
     agent = load_class(config.agent)
+    settings = ({"policy": "MlpPolicy", "device": "cpu"} if is_foreign(agent) else {}) | config.settings
     known = inspect.signature(agent).parameters
     if not any(parameter.kind is parameter.VAR_KEYWORD for parameter in known.values()):
         names = [name for name in known if name not in ("env", "seed")]
@@ -54,11 +57,16 @@ def make_agent(config: RunConfig, env: gym.Env[Any, Any], seed: int) -> Any:
                 raise ConfigError(f"settings: {agent.__name__} knows no {key!r}{hint}")
     _require_keywords(agent, "learn", ("callback", "progress_bar"))
     try:
-        return agent(env, seed=seed, **config.settings)
-    except TypeError as error:
+        return agent(env=env, seed=seed, **settings)
+    except (TypeError, AssertionError) as error:
         raise ConfigError(
             f"{agent.__name__}(env, seed={seed}, **{config.settings}) cannot be made: {error}"
         ) from None
+
+
+def is_foreign(agent: Any) -> bool:
+    """Whether a class is one of Stable-Baselines3's kind, used as it is: its first argument is the policy."""
+    return next(iter(inspect.signature(agent).parameters), "") == "policy"
 
 
 def _require_keywords(agent: Any, method: str, names: tuple[str, ...]) -> None:
@@ -95,14 +103,15 @@ def train(config: RunConfig, seed: int, root: Path, progress_bar: bool = False) 
     started = time.time()
     env = make_env(config)
     agent = make_agent(config, env, seed)
-    recorder = LearningRecorder(env, config.decisions)
+    recorder = LearningRecorder(env, agent, config.decisions)
     recorder.record(agent)
     agent.learn(config.decisions, callback=recorder, progress_bar=progress_bar)
     recorder.record(agent, last=True)
     with store.publish(folder) as draft:
         store.write_config(draft, config, seed)
         store.write_command(draft)
-        agent.save(draft / "agent.json")
+        # Stable-Baselines3 saves an archive, and wants a name that says so.
+        agent.save(draft / ("agent.zip" if hasattr(agent, "get_parameters") else "agent.json"))
         recorder.curve().to_csv(draft / "learning.csv", index=False)
         if recorder.snapshots:
             decisions, tables = zip(*recorder.snapshots, strict=True)
@@ -112,15 +121,20 @@ def train(config: RunConfig, seed: int, root: Path, progress_bar: bool = False) 
 
 
 class LearningRecorder:
-    """A callback that keeps the learning curve: how far the crawler has come, and what it believes.
+    """A callback that keeps the learning curve: how far the crawlers have come, and what the agent believes.
 
     Works with our agents, which call it now and then, and with Stable-Baselines3's, which call it at every
     decision.
     """
 
-    def __init__(self, env: gym.Env[Any, Any], decisions: int) -> None:
+    def __init__(self, env: Any, agent: Any, decisions: int) -> None:
         self._crawler: Any = env.unwrapped
-        self._rows: list[tuple[int, float, float, str]] = []
+        self._n = int(env.observation_space.n)
+        self._gradient_updates = 0
+        optimizer = getattr(getattr(agent, "policy", None), "optimizer", None)
+        if optimizer is not None:
+            optimizer.register_step_post_hook(self._count_update)
+        self._rows: list[tuple[int, int, float, float, str]] = []
         self.snapshots: list[tuple[int, np.ndarray[Any, Any]]] = []
         self._snapshot_interval = max(CURVE_INTERVAL, decisions // SNAPSHOTS)
 
@@ -131,6 +145,9 @@ class LearningRecorder:
             self.record(local["self"])
         return True
 
+    def _count_update(self, *_: Any) -> None:
+        self._gradient_updates += 1
+
     def record(self, agent: Any, last: bool = False) -> None:
         """Keep a point of the curve, unless this one is kept already; the last with its table of values."""
         done, table = getattr(agent, "num_timesteps", 0), getattr(agent, "q_table", None)
@@ -138,13 +155,16 @@ class LearningRecorder:
             self.snapshots.append((done, table.copy()))
         if self._rows and done == self._rows[-1][0]:
             return
-        policy = "" if table is None else policy_text(np.eye(table.shape[1])[table.argmax(axis=1)])
-        self._rows.append((done, *self._crawler.lifetime, policy))
+        believed = believed_policy(agent, self._n)
+        policy = "" if believed is None else policy_text(believed)
+        self._rows.append((done, self._gradient_updates, *self._crawler.lifetime, policy))
         if table is not None and (
             not self.snapshots or done - self.snapshots[-1][0] >= self._snapshot_interval
         ):
             self.snapshots.append((done, table.copy()))
 
     def curve(self) -> pd.DataFrame:
-        """One row every so many decisions: decisions, time, distance, policy (one digit an observation)."""
-        return pd.DataFrame(self._rows, columns=["decisions", "time", "distance", "policy"])
+        """A row every so many decisions: decisions, gradient_updates, time, distance, policy (in digits)."""
+        return pd.DataFrame(
+            self._rows, columns=["decisions", "gradient_updates", "time", "distance", "policy"]
+        )

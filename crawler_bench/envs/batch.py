@@ -89,13 +89,16 @@ class CrawlerBatch:
         self.outcome[:] = 0.0
         self.end[:] = RUNNING
 
-    def decide(self, actions: NDArray[np.int64]) -> None:
+    def decide(self, actions: NDArray[np.int64]) -> int:
         """Hold one neuron of each crawler ON for a decision interval; ended episodes stay as they ended.
 
         Args:
             actions: (K,) from 0 to N - 1.
+
+        Returns:
+            How many episodes ended.
         """
-        _decide_all(
+        return _decide_all(
             self.memory, actions, self.tasks, self.generators, self.observation, self.outcome, self.end
         )
 
@@ -153,9 +156,21 @@ def _decide_all(
     observation: NDArray[np.int64],
     outcome: Array,
     end: NDArray[np.int64],
-) -> None:
+) -> int:
+    n_ended = 0
     for i in range(memory.shape[0]):
         made = decide(memory[i], actions[i], unpack(tasks[i]), generators[i])
         observation[i], end[i] = made.observation, made.end
         outcome[i, REWARD], outcome[i, DISPLACED] = made.reward, made.displacement
         outcome[i, GRADIENT], outcome[i, CENTROID] = made.gradient, made.centroid
+        n_ended += made.end != RUNNING
+    return n_ended
+
+
+@kernel
+def all_neurons(actions: NDArray[np.int64], n_segments: int) -> bool:
+    """Whether every action is a neuron, 0 to n_segments - 1; quicker than NumPy's reductions for a few."""
+    for i in range(actions.size):
+        if not 0 <= actions[i] < n_segments:
+            return False
+    return True

@@ -13,8 +13,9 @@ from stable_baselines3.common.vec_env import VecEnv
 from stable_baselines3.common.vec_env.base_vec_env import VecEnvIndices
 
 from crawler_bench.envs.batch import REWARD, CrawlerBatch
-from crawler_bench.envs.transition import END_NAMES, RUNNING, make_task, pack
+from crawler_bench.envs.transition import END_NAMES, make_task, pack
 from crawler_bench.envs.vector import check_actions
+from crawler_bench.physics.layout import LIFETIME_DECISIONS, LIFETIME_DISTANCE, ODOMETER
 from crawler_bench.physics.parameters import CrawlerParameters
 
 Info = dict[str, Any]
@@ -89,10 +90,10 @@ class CrawlerVecEnv(VecEnv):
             Observations, rewards and ends of episodes, (K,) each, and K infos.
         """
         crawlers = self.crawlers
-        crawlers.decide(self._actions)
-        rewards, dones = crawlers.outcome[:, REWARD].astype(np.float32), crawlers.end != RUNNING
+        n_ended = crawlers.decide(self._actions)
+        rewards, dones = crawlers.outcome[:, REWARD].astype(np.float32), crawlers.end.astype(np.bool_)
         infos: list[Info] = [{} for _ in range(self.num_envs)]
-        if dones.any():
+        if n_ended:
             for i in dones.nonzero()[0]:
                 infos[i] = {
                     "terminal_observation": crawlers.observation[i],
@@ -101,6 +102,14 @@ class CrawlerVecEnv(VecEnv):
                 }
             crawlers.begin_ended()
         return crawlers.observation.copy(), rewards, dones, infos
+
+    @property
+    def lifetime(self) -> tuple[float, float]:
+        """Time and distance that all crawlers together have crawled since they were made, through resets."""
+        odometers = self.crawlers.memory[:, ODOMETER]
+        intervals = np.array([each.decision_interval for each in self.crawlers.parameters])
+        time = float((odometers[:, LIFETIME_DECISIONS] * intervals).sum())
+        return time, float(odometers[:, LIFETIME_DISTANCE].sum())
 
     def close(self) -> None:
         """Nothing is open."""

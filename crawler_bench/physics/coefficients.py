@@ -9,6 +9,8 @@ from crawler_bench.physics.response import Relaxation, Response, follow, relaxat
 
 EVENT_TOLERANCE = 1e-13  # of forces, velocities and times at which a node starts or stops sliding
 
+_LONGEST = 2.0  # in units of the shortest time constant: rounding errors grow by its exponential
+
 
 class Coefficients(NamedTuple):
     """Numbers that the kernels need, computed once from the parameters."""
@@ -37,9 +39,8 @@ class Coefficients(NamedTuple):
     force_gain: float  # force after dt per unit of drive at its start
     limited_force_gain: float  # force after dt of a drive above 1
     times: Relaxation
-    end: Response  # the responses at the end of a decision without events
-    peak_time: float  # when the force that follows one unit of drive is greatest, and how great it is
-    peak: float
+    end: Response  # the responses at the end of a decision
+    longest: float  # time after which an event makes the exact integrator count anew
     tolerance: float  # of events
     negligible: float  # drive or force below which a muscle is at rest
     contraction_sign: float  # of the strain whose argmax is observed (reading `observation`)
@@ -50,9 +51,6 @@ def coefficients(parameters: CrawlerParameters, tolerance: float = EVENT_TOLERAN
     p = parameters
     times = relaxation(p.tau_m, p.tau_f, p.damping)
     turn = p.neuron_rate * p.decision_interval
-    even = math.isclose(p.tau_m, p.tau_f, rel_tol=1e-9)
-    apart = 1.0 if even else math.log(p.tau_m / p.tau_f) / (p.tau_m / p.tau_f - 1.0)
-    peak_time = p.tau_m * apart
     return Coefficients(
         exact=p.integrator == "exact",
         dt=p.dt,
@@ -79,8 +77,7 @@ def coefficients(parameters: CrawlerParameters, tolerance: float = EVENT_TOLERAN
         limited_force_gain=-p.muscle_force_max * math.expm1(-p.dt / p.tau_f),
         times=times,
         end=respond(p.decision_interval, times),
-        peak_time=peak_time,
-        peak=math.exp(-peak_time / p.tau_m),
+        longest=_LONGEST * min(p.tau_m, p.tau_f, p.damping),
         tolerance=tolerance,
         negligible=NEGLIGIBLE,
         contraction_sign=1.0 if p.observation == "most_contracted" else -1.0,

@@ -78,8 +78,11 @@ def _forget_old_versions(home: Path) -> None:
 
 
 def kernel(function: Callable[Arguments, Result]) -> Callable[Arguments, Result]:
-    """Compile a function to machine code without the Python interpreter, cached on disk."""
-    return _compile(function)
+    """Compile a function to machine code without the Python interpreter, cached on disk.
+
+    It lets other threads run Python meanwhile.
+    """
+    return _compile(function, nogil=True)
 
 
 def step_kernel(function: Callable[Arguments, Result]) -> Callable[Arguments, Result]:

@@ -27,7 +27,7 @@ from crawler_bench.physics.sliding import eliminate, factorize, substitute
 
 # Rows of the scratch memory: force on each node, factors of the sliding nodes, time of each neuron's spike.
 LOAD, PIVOT, FRICTION, SPIKE = range(4)
-BEFORE = 9  # and six rows for the state before a decision, behind those of the exact integrator
+BEFORE = 10  # and six rows for the state before a decision, behind those of the exact integrator
 
 
 @step_kernel
@@ -38,7 +38,7 @@ def act(
 
     Args:
         state: (6, N + 1), changed in place.
-        work: (15, N + 1) scratch.
+        work: (16, N + 1) scratch.
         action: the neuron that is ON, 0 to N - 1; neuron N (tail) is ON whenever neuron 0 is [M20, eq. 10].
         n_steps: steps of dt in a decision; the exact integrator takes none.
         k: coefficients.
@@ -68,7 +68,7 @@ def advance(
 
     Args:
         state: (6, N + 1), changed in place.
-        work: (15, N + 1) scratch.
+        work: (16, N + 1) scratch.
         action: the neuron that is ON, 0 to N - 1; neuron N (tail) is ON whenever neuron 0 is [M20, eq. 10].
         n_steps: number of steps of dt.
         k: coefficients.

@@ -17,55 +17,74 @@ from crawler_bench.physics.response import Relaxation, Response, respond
 Rows = NDArray[np.float64]
 
 # Rows of the workspace: net muscle force and w, each as its parts that are constant, go as e_f, go as r_f.
-NET, NET_F, NET_R, W, W_F, W_R, PIVOT, SPIKE_AT, LIMIT_AT = range(9)
+NET, NET_F, NET_R, W, W_F, W_R, PIVOT, SPIKE_AT, LIMIT_AT, LEAVE_AT = range(10)
 _PASSES = 100
 _QUADRATIC = 1e-2  # safety on the error of a Newton step, which is about its square
 
 
-@step_kernel
-def first_event(
-    u: Rows, slip: Rows, work: Rows, span: float, patient: bool, k: Coefficients
-) -> tuple[float, int]:
-    """Find when the first node leaves its state, and which: (span, -1) if none does before `span`."""
-    first, node, last = span, -1, u.size - 1
-    for i in range(last + 1):
-        if slip[i] != STUCK:
-            p, q_f, q_r = slip[i] * (work[W, i] - u[i]), slip[i] * work[W_F, i], slip[i] * work[W_R, i]
-            time = exit_time(p, q_f, q_r, True, first, patient, k.times, k.tolerance)
+@inner_kernel
+def watch(
+    u: Rows,
+    slip: Rows,
+    work: Rows,
+    low: int,
+    high: int,
+    clock: float,
+    now: Response,
+    until: float,
+    end: Response,
+    patient: bool,
+    k: Coefficients,
+) -> None:
+    """Note when each node from `low` to `high` leaves its state; infinity if not before the end."""
+    leave_at = work[LEAVE_AT]
+    span, suspects = until - clock, 0
+    for i in range(low, high + 1):
+        sliding = slip[i] != STUCK
+        p, q_f, q_r = _slide(u, slip, work, i) if sliding else _hold(u, work, i)
+        start, slope = _height(p, q_f, q_r, sliding, now), _slope(q_f, q_r, now, k.times.rate_f)
+        at_end, last_slope = _height(p, q_f, q_r, sliding, end), _slope(q_f, q_r, end, k.times.rate_f)
+        # Where it may turn in between, it goes at most as far as its first slope takes it.
+        monotone, far = slope * last_slope >= 0.0, start + slope * span
+        if sliding:
+            far -= start * (1.0 - end.e_c)
+            stays = (min(start, at_end) > k.tolerance) & (monotone | (slope > 0.0) | (far > 0.0))
         else:
-            held, held_f, held_r = work[NET, i], work[NET_F, i], work[NET_R, i]
-            for neighbour in (i - 1, i + 1):
-                if 0 <= neighbour <= last:
-                    held += work[W, neighbour] - u[i]
-                    held_f += work[W_F, neighbour]
-                    held_r += work[W_R, neighbour]
-            upper, lower = k.forward - held, k.backward + held
-            time = exit_time(upper, -held_f, -held_r, False, first, patient, k.times, k.tolerance)
-            time = min(time, exit_time(lower, held_f, held_r, False, first, patient, k.times, k.tolerance))
-        if time < first:
-            first, node = time, i
-    return first, node
+            highest, lowest = max(start, at_end), min(start, at_end)
+            stays = (highest < k.forward - k.tolerance) & (lowest > k.tolerance - k.backward)
+            stays &= monotone | ((far < k.forward) & (far > -k.backward))
+        leave_at[i] = np.inf
+        if not stays:
+            suspects += 1
+            leave_at[i] = -np.inf  # to be looked at below
+    if suspects == 0:
+        return
+    for i in range(low, high + 1):
+        if leave_at[i] < 0.0:
+            sliding, limits = slip[i] != STUCK, 1
+            p, q_f, q_r = _slide(u, slip, work, i) if sliding else _hold(u, work, i)
+            if not sliding:
+                p, limits = k.backward + p, 2
+            leave_at[i] = np.inf
+            for _ in range(limits):
+                time = exit_time(p, q_f, q_r, sliding, clock, now, until, end, patient, k)
+                leave_at[i] = min(leave_at[i], time)
+                p, q_f, q_r = k.forward + k.backward - p, -q_f, -q_r  # the distance to the other limit
 
 
 @inner_kernel
-def may_be_overloaded(
-    held: float, held_f: float, held_r: float, e_f: float, r_highest: float, k: Coefficients
-) -> bool:
-    """Whether the holding force may exceed a limit: a bound of each part, without false negatives."""
-    at_end, following = held_f * e_f, held_r * r_highest
-    highest = held + max(held_f, at_end) + max(0.0, following)
-    lowest = held + min(held_f, at_end) + min(0.0, following)
-    return (highest > k.forward) | (lowest < -k.backward)
+def _slide(u: Rows, slip: Rows, work: Rows, i: int) -> tuple[float, float, float]:
+    """Velocity of a node in the direction in which it slides, times c, as its parts; see `exit_time`."""
+    return slip[i] * (work[W, i] - u[i]), slip[i] * work[W_F, i], slip[i] * work[W_R, i]
 
 
 @inner_kernel
-def surely_slides(p: float, q_f: float, q_r: float, span: float, end: Response, k: Coefficients) -> bool:
-    """Whether a sliding node surely goes on sliding to the end; see `exit_time` for the arguments."""
-    start, slope = p + q_f, (q_r - q_f) * k.times.rate_f
-    at_end = _height(p, q_f, q_r, True, end)
-    # Its height times exp(t / c) falls at most at its first slope times exp(span / c).
-    never_falls_to_0 = slope >= 0.0 or start * end.e_c + slope * span > 0.0
-    return start > k.tolerance and at_end > 0.0 and never_falls_to_0
+def _hold(u: Rows, work: Rows, i: int) -> tuple[float, float, float]:
+    """The force that holds a stuck node, as its parts."""
+    above, below = max(i - 1, 0), min(i + 1, u.size - 1)  # at an end: the node itself, where w is u
+    held = work[NET, i] + (work[W, above] + work[W, below] - 2.0 * u[i])
+    held_f = work[NET_F, i] + work[W_F, above] + work[W_F, below]
+    return held, held_f, work[NET_R, i] + work[W_R, above] + work[W_R, below]
 
 
 @inner_kernel
@@ -91,12 +110,14 @@ def exit_time(
     q_f: float,
     q_r: float,
     sliding: bool,
-    span: float,
+    clock: float,
+    now: Response,
+    until: float,
+    end: Response,
     patient: bool,
-    times: Relaxation,
-    tolerance: float,
+    k: Coefficients,
 ) -> float:
-    """First time within `span` at which a node's height falls below 0; infinity if it does not.
+    """First time at which a node's height falls below 0; infinity if it does not before the end.
 
     The height (for a sliding node: times exp(t / c)) turns at most once, where the slope is 0.
 
@@ -105,44 +126,47 @@ def exit_time(
         q_f: part that goes as e_f.
         q_r: part that goes as r_f.
         sliding: whether the node slides.
-        span: time to look at.
+        clock: time to look from.
+        now: the responses at this time.
+        until: time of the end.
+        end: the responses then.
         patient: whether to overlook a node that leaves at once, which rounding may do again and again.
-        times: time constants.
-        tolerance: of heights and times.
+        k: coefficients.
     """
-    end = respond(span, times)
-    start, slope = p + q_f, q_r - q_f
+    times, tolerance = k.times, k.tolerance
+    start, slope = _height(p, q_f, q_r, sliding, now), _slope(q_f, q_r, now, times.rate_f)
     at_end, slope_at_end = _height(p, q_f, q_r, sliding, end), _slope(q_f, q_r, end, times.rate_f)
     if start <= tolerance and slope < 0.0:  # at the border, on its way out
         if patient:
             return np.inf
         leaves = at_end < -tolerance
         if not leaves and slope_at_end > 0.0:
-            now = respond(_turning_time(q_f, q_r, span, times, tolerance), times)
-            leaves = _height(p, q_f, q_r, sliding, now) < -tolerance
-        return 0.0 if leaves else np.inf
+            turn = respond(_turning_time(q_f, q_r, clock, until, times, tolerance), times)
+            leaves = _height(p, q_f, q_r, sliding, turn) < -tolerance
+        return clock if leaves else np.inf
     if at_end < -tolerance:
-        low = 0.0
         if start <= tolerance:  # at the border, on its way in: it leaves after the turn
-            low = _turning_time(q_f, q_r, span, times, tolerance)
-        guess = span * start / (start - at_end) if low == 0.0 else 0.5 * (low + span)
-        return _root(p, q_f, q_r, sliding, low, span, guess, times, tolerance)
+            low = _turning_time(q_f, q_r, clock, until, times, tolerance)
+            return _root(p, q_f, q_r, sliding, low, until, 0.5 * (low + until), times, tolerance)
+        guess = clock + (until - clock) * start / (start - at_end)
+        return _root(p, q_f, q_r, sliding, clock, until, guess, times, tolerance)
     if slope < 0.0 and slope_at_end > 0.0:
-        turn = _turning_time(q_f, q_r, span, times, tolerance)
-        if _height(p, q_f, q_r, sliding, respond(turn, times)) < -tolerance:
-            return _root(p, q_f, q_r, sliding, 0.0, turn, 0.5 * turn, times, tolerance)
+        low = _turning_time(q_f, q_r, clock, until, times, tolerance)
+        if _height(p, q_f, q_r, sliding, respond(low, times)) < -tolerance:
+            return _root(p, q_f, q_r, sliding, clock, low, 0.5 * (clock + low), times, tolerance)
     return np.inf
 
 
 @step_kernel
-def _turning_time(q_f: float, q_r: float, span: float, times: Relaxation, tolerance: float) -> float:
-    """Where the slope changes sign within `span`, which it is known to do once."""
+def _turning_time(
+    q_f: float, q_r: float, low: float, high: float, times: Relaxation, tolerance: float
+) -> float:
+    """Where the slope changes sign between two times, which it is known to do once."""
     if times.apart:  # q_r (e_m - r_f) = q_f e_f, with r_f = (e_m - e_f) o
         o = times.over_f_m
         turn = math.log((q_f - q_r * o) / (q_r * (1.0 - o))) / (times.rate_f - times.rate_m)
-        return min(max(turn, 0.0), span)
-    low, high = 0.0, span
-    rising = q_r - q_f < 0.0
+        return min(max(turn, low), high)
+    rising = _slope(q_f, q_r, respond(low, times), times.rate_f) < 0.0
     while high - low > tolerance:  # divided by e_f the slope is monotone in time: bisection cannot miss
         middle = 0.5 * (low + high)
         if (_slope(q_f, q_r, respond(middle, times), times.rate_f) > 0.0) == rising:

@@ -10,9 +10,11 @@ so w is such a sum too, and each displacement relaxes towards its w with time co
 that holds a stuck node, and the velocity of a sliding one, decide when the next event is: both are sums that,
 up to a positive factor, rise or fall with at most one turn, so that the first moment at which one leaves its
 allowed range is bracketed surely and found by Newton's method.
-"""
 
-import math
+An event concerns one run of sliding nodes and the stuck ones beside it. So all times count from the start of
+the decision, and drives, forces and displacements stand in the state as what they *would have been then* for
+their present course: an event changes only those that change course.
+"""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +23,7 @@ from crawler_bench.physics.body import FORWARD, STUCK
 from crawler_bench.physics.coefficients import Coefficients
 from crawler_bench.physics.compilation import inner_kernel, step_kernel
 from crawler_bench.physics.events import (
+    LEAVE_AT,
     LIMIT_AT,
     NET,
     NET_F,
@@ -30,15 +33,20 @@ from crawler_bench.physics.events import (
     W_F,
     W_R,
     W,
-    first_event,
-    may_be_overloaded,
-    surely_slides,
     switch,
+    watch,
+)
+from crawler_bench.physics.excitation import (
+    delay_excitation,
+    due,
+    excite,
+    parts,
+    schedule_limits,
+    schedule_spikes,
 )
 from crawler_bench.physics.layout import DISPLACEMENT, DRIVE, FORCE, NEURON, SLIP, VELOCITY
 from crawler_bench.physics.muscle import flush
-from crawler_bench.physics.neuron import first_spike, neuron_after, step_neurons_off
-from crawler_bench.physics.response import Response, respond
+from crawler_bench.physics.response import START, Response, respond
 
 Rows = NDArray[np.float64]
 
@@ -51,7 +59,7 @@ def cross_decision(state: Rows, work: Rows, action: int, k: Coefficients) -> boo
 
     Args:
         state: (6, N + 1), changed in place.
-        work: (9 or more, N + 1) scratch.
+        work: (10 or more, N + 1) scratch.
         action: the neuron that is ON.
         k: coefficients.
 
@@ -59,28 +67,44 @@ def cross_decision(state: Rows, work: Rows, action: int, k: Coefficients) -> boo
         False if it cannot. Where friction may balance with every node sliding, or all but one at its limit,
         rigid motion is free and no event tells what happens; and events without end are given up.
     """
-    tail = state.shape[1] - 1
+    u, slip, tail = state[DISPLACEMENT], state[SLIP], state.shape[1] - 1
     other = tail if action == 0 else action
-    next_spike = _schedule_spikes(state[NEURON], work[SPIKE_AT], action, other, k)
-    next_limit = _schedule_limits(state[DRIVE], work[LIMIT_AT], k.tau_m)
-    clock, idle, intervals = 0.0, 0, 0
-    while clock < k.decision:
+    next_spike = schedule_spikes(state[NEURON], work[SPIKE_AT], action, other, k)
+    next_limit = schedule_limits(state[DRIVE], work[LIMIT_AT], k.tau_m)
+    excitation = min(next_spike, next_limit)
+    clock, until, end, intervals, idle = 0.0, k.decision, k.end, 0, 0
+    _set_course(state, work, 0, tail, START, k)
+    watch(u, slip, work, 0, tail, clock, START, until, end, False, k)
+    while True:
         intervals += 1
-        if intervals > MOST_INTERVALS * state.shape[1] * (1.0 + k.decision):
+        if intervals > MOST_INTERVALS * (tail + 1) * (1.0 + k.decision):
             return False
-        until = min(k.decision, min(next_spike, next_limit))
-        span = until - clock
-        crossed = _cross_interval(state, work, span, idle > 2 * tail, k)
-        if k.may_balance and _stuck_nodes(state[SLIP]) <= 1:
+        if k.may_balance and _stuck_nodes(slip) <= 1:
             return False
-        idle = idle + 1 if crossed == 0.0 else 0
-        if crossed < span:
-            clock += crossed
-        elif until < k.decision:
-            clock = until
-            next_spike, next_limit = _excite_muscles(state[DRIVE], work, clock, action, other, k)
+        before = clock
+        clock, node = _earliest(work[LEAVE_AT], min(excitation, until))
+        if node < 0 and excitation >= until:
+            break
+        now = respond(clock, k.times)
+        if clock > k.longest:  # count anew from here; the event comes next
+            _finish(state, work, now, k)
+            delay_excitation(work, -clock)
+            excitation, until = excitation - clock, until - clock
+            clock, now, end, low, high = 0.0, START, respond(until, k.times), 0, tail
+        elif node >= 0:
+            low, high = _reach(slip, max(node - 1, 0), min(node + 1, tail))
+            _settle(u, slip, work, low, high, now)
+            switch(u, slip, work, node, now, k)
         else:
-            clock = until
+            muscle = due(work, clock)
+            low, high = _reach(slip, max(muscle - 1, 0), max(muscle, 1))
+            _settle(u, slip, work, low, high, now)
+            excite(state, work, muscle, clock, now, muscle == action or muscle == other, k)
+            excitation = min(_earliest(work[SPIKE_AT], np.inf)[0], _earliest(work[LIMIT_AT], np.inf)[0])
+        idle = idle + 1 if clock == before else 0
+        _set_course(state, work, low, high, now, k)
+        watch(u, slip, work, low, high, clock, now, until, end, idle > 2 * tail, k)
+    _finish(state, work, end, k)
     return True
 
 
@@ -93,106 +117,63 @@ def _stuck_nodes(slip: Rows) -> int:
 
 
 @inner_kernel
-def _schedule_spikes(V: Rows, spike_at: Rows, action: int, other: int, k: Coefficients) -> float:
-    """Move the neurons to the end of the decision; note when each spikes first, return the earliest time."""
-    earliest = step_neurons_off(V, spike_at, action, other, k.decision, k.neuron_rate, k.spike_at_pi)
-    turn = k.neuron_rate * k.decision
-    for i in range(1 + int(other != action)):
-        on = other if i else action
-        after = neuron_after(V[on], True, turn, k.sin_rate_decision, k.cos_rate_decision)
-        # Without a spike V has risen; where it may have gone all the way round, it is asked for in any case.
-        if after < V[on] or turn > 1.5 or not k.spike_at_pi:
-            spike_at[on] = first_spike(V[on], True, k.neuron_rate, k.decision, k.spike_at_pi)
-            earliest = min(earliest, spike_at[on])
-        V[on] = after
-    return earliest
+def _earliest(times: Rows, limit: float) -> tuple[float, int]:
+    """The earliest time before `limit` and where it stands; `limit` and -1 if there is none."""
+    first, where = limit, -1
+    for i in range(times.size):
+        if times[i] < first:
+            first, where = times[i], i
+    return first, where
 
 
 @inner_kernel
-def _schedule_limits(F: Rows, limit_at: Rows, tau_m: float) -> float:
-    """Note when each drive falls through 1; return the earliest time."""
-    earliest = np.inf
-    for i in range(F.size):
-        limit_at[i] = tau_m * math.log(F[i]) if F[i] > 1.0 else np.inf
-        earliest = min(earliest, limit_at[i])
-    return earliest
+def _reach(slip: Rows, low: int, high: int) -> tuple[int, int]:
+    """The nodes from `low` to `high` and those that slide next to them, up to a stuck node on either side."""
+    while low > 0 and slip[low] != STUCK:
+        low -= 1
+    while high < slip.size - 1 and slip[high] != STUCK:
+        high += 1
+    return low, high
 
 
 @inner_kernel
-def _excite_muscles(
-    F: Rows, work: Rows, clock: float, action: int, other: int, k: Coefficients
-) -> tuple[float, float]:
-    """Apply the spikes and falls through the limiter that are due; return when the next of each is."""
-    spike_at, limit_at = work[SPIKE_AT], work[LIMIT_AT]
-    next_spike, next_limit = np.inf, np.inf
-    for i in range(F.size):
-        if limit_at[i] <= clock:
-            F[i] = 1.0
-            limit_at[i] = np.inf
-        if spike_at[i] <= clock:
-            F[i] += k.spike_gain
-            if F[i] > 1.0:
-                limit_at[i] = clock + k.tau_m * math.log(F[i])
-            spike_at[i] = spike_at[i] + math.pi / k.neuron_rate if i == action or i == other else np.inf
-        next_spike, next_limit = min(next_spike, spike_at[i]), min(next_limit, limit_at[i])
-    return next_spike, next_limit
-
-
-@inner_kernel
-def _cross_interval(state: Rows, work: Rows, span: float, patient: bool, k: Coefficients) -> float:
-    """Advance muscles and body until a node starts or stops sliding, or to the end of the interval.
-
-    Args:
-        state: (6, N + 1), changed in place; the slip state of the node concerned is switched.
-        work: (9 or more, N + 1) scratch.
-        span: length of the interval; no spike or limiter crossing lies inside.
-        patient: whether to overlook nodes that leave their state at once, see `events.exit_time`.
-        k: coefficients.
-
-    Returns:
-        The time crossed, at most span.
-    """
+def _set_course(state: Rows, work: Rows, low: int, high: int, now: Response, k: Coefficients) -> None:
+    """Find w of the nodes from `low` to `high` by the Thomas algorithm; let displacements follow it."""
     u, slip = state[DISPLACEMENT], state[SLIP]
-    _eliminate(u, slip, state[DRIVE], state[FORCE], work, k)
-    end = k.end if span == k.decision else respond(span, k.times)
-    time, node = span, -1
-    if not _substitute(u, slip, work, span, end, k):
-        time, node = first_event(u, slip, work, span, patient, k)
-    if node >= 0:
-        end = respond(time, k.times)
-    if time > 0.0:
-        _relax_muscles(state[DRIVE], state[FORCE], end, k.force_max)
-        _relax_body(u, state[VELOCITY], slip, work, end, k.times.rate_c)
-    if node >= 0:
-        switch(u, slip, work, node, end, k)
-        if slip[node] == STUCK:
-            state[VELOCITY, node] = 0.0
-    return time
+    w, w_f, w_r, pivot = work[W], work[W_F], work[W_R], work[PIVOT]
+    _eliminate(u, slip, state[DRIVE], state[FORCE], work, low, high, k)
+    after, after_f, after_r = 0.0, 0.0, 0.0  # w of node i + 1
+    for i in range(high, low - 1, -1):
+        if slip[i] != STUCK:
+            w[i] += pivot[i] * after
+            w_f[i] += pivot[i] * after_f
+            w_r[i] += pivot[i] * after_r
+            u[i] = (u[i] - w[i] * (1.0 - now.e_c) - w_f[i] * now.s_f - w_r[i] * now.s_r) / now.e_c
+        after, after_f, after_r = w[i], w_f[i], w_r[i]
 
 
 @inner_kernel
-def _parts(F: float, f: float, force_max: float) -> tuple[float, float, float]:
-    """A muscle's force as its parts that are constant, go as e_f, go as r_f."""
-    if F > 1.0:
-        return force_max, f - force_max, 0.0
-    return 0.0, f, force_max * F
-
-
-@inner_kernel
-def _eliminate(u: Rows, slip: Rows, F: Rows, f: Rows, work: Rows, k: Coefficients) -> None:
+def _eliminate(
+    u: Rows, slip: Rows, F: Rows, f: Rows, work: Rows, low: int, high: int, k: Coefficients
+) -> None:
     """Write the net muscle force on each node, B f; do the forward half of the Thomas algorithm for w.
 
     One sweep that carries what it needs from node to node: reading back what has just been written, one node
     further on, would make the processor wait.
     """
     last = u.size - 1
-    net, net_f, net_r = work[NET], work[NET_F], work[NET_R]
+    net, net_f, net_r, limit_at = work[NET], work[NET_F], work[NET_R], work[LIMIT_AT]
     w, w_f, w_r, pivot = work[W], work[W_F], work[W_R], work[PIVOT]
-    head, head_f, head_r = _parts(F[0], f[0], k.force_max)
-    own, own_f, own_r = k.pull_on_head * head, k.pull_on_head * head_f, k.pull_on_head * head_r
+    head, head_f, head_r = parts(F[0], f[0], limit_at[0], k.force_max)
+    if low == 0:
+        own, own_f, own_r = k.pull_on_head * head, k.pull_on_head * head_f, k.pull_on_head * head_r
+    else:
+        own, own_f, own_r = parts(F[low], f[low], limit_at[low], k.force_max)
     above, above_f, above_r, taken = 0.0, 0.0, 0.0, 0.0  # what row i - 1 adds, and takes off the diagonal
-    for i in range(last + 1):
-        next_, next_f, next_r = _parts(F[i + 1], f[i + 1], k.force_max) if i < last else (0.0, 0.0, 0.0)
+    for i in range(low, high + 1):
+        next_, next_f, next_r = 0.0, 0.0, 0.0
+        if i < last:
+            next_, next_f, next_r = parts(F[i + 1], f[i + 1], limit_at[i + 1], k.force_max)
         pull, pull_f, pull_r = own - next_, own_f - next_f, own_r - next_r
         if i == 1:
             pull, pull_f = pull + k.pull_on_neck * head, pull_f + k.pull_on_neck * head_f
@@ -212,54 +193,25 @@ def _eliminate(u: Rows, slip: Rows, F: Rows, f: Rows, work: Rows, k: Coefficient
 
 
 @inner_kernel
-def _substitute(u: Rows, slip: Rows, work: Rows, span: float, end: Response, k: Coefficients) -> bool:
-    """Do the backward half; say whether surely no node leaves its state within `span`."""
-    net, net_f, net_r = work[NET], work[NET_F], work[NET_R]
-    w, w_f, w_r, pivot = work[W], work[W_F], work[W_R], work[PIVOT]
-    r_highest = k.peak if span > k.peak_time else end.r_f
-    last, quiet = u.size - 1, True
-    after, after_f, after_r = 0.0, 0.0, 0.0  # w of node i + 1
-    beyond, beyond_f, beyond_r = (
-        u[last],
-        0.0,
-        0.0,
-    )  # w of node i + 2; behind the tail, as if at rest beside it
-    for i in range(last, -2, -1):
-        own, own_f, own_r = (w[i], w_f[i], w_r[i]) if i >= 0 else (u[0], 0.0, 0.0)
-        if i >= 0 and slip[i] != STUCK and i < last:
-            own, own_f = own + pivot[i] * after, own_f + pivot[i] * after_f
-            own_r += pivot[i] * after_r
-            w[i], w_f[i], w_r[i] = own, own_f, own_r
-        if i >= 0 and slip[i] != STUCK:
-            sign = slip[i]
-            quiet &= surely_slides(sign * (own - u[i]), sign * own_f, sign * own_r, span, end, k)
-        if i < last and slip[i + 1] == STUCK:
-            held = net[i + 1] + (own + beyond - 2.0 * u[i + 1])
-            held_f, held_r = net_f[i + 1] + own_f + beyond_f, net_r[i + 1] + own_r + beyond_r
-            quiet &= not may_be_overloaded(held, held_f, held_r, end.e_f, r_highest, k)
-        if i < last:
-            beyond, beyond_f, beyond_r = after, after_f, after_r
-        after, after_f, after_r = own, own_f, own_r
-    return quiet
-
-
-@inner_kernel
-def _relax_muscles(F: Rows, f: Rows, now: Response, force_max: float) -> None:
-    """Advance drives and forces to the time of `now`."""
-    limited_gain, gain = force_max * (1.0 - now.e_f), force_max * now.r_f
-    for i in range(F.size):  # without branches, so that it is done for several muscles at a time
-        pull = limited_gain if F[i] > 1.0 else gain * F[i]
-        f[i] = flush(f[i] * now.e_f + pull)
-        F[i] = flush(F[i] * now.e_m)
-
-
-@inner_kernel
-def _relax_body(u: Rows, v: Rows, slip: Rows, work: Rows, now: Response, rate_c: float) -> None:
-    """Advance displacements, and velocities, to the time of `now`."""
+def _settle(u: Rows, slip: Rows, work: Rows, low: int, high: int, now: Response) -> None:
+    """Put the displacements from node `low` to `high` where they are now."""
     w, w_f, w_r = work[W], work[W_F], work[W_R]
-    for i in range(u.size):
-        if slip[i] == STUCK:
-            v[i] = 0.0
-        else:
+    for i in range(low, high + 1):
+        if slip[i] != STUCK:
             u[i] = u[i] * now.e_c + w[i] * (1.0 - now.e_c) + w_f[i] * now.s_f + w_r[i] * now.s_r
-            v[i] = (w[i] + w_f[i] * now.e_f + w_r[i] * now.r_f - u[i]) * rate_c
+
+
+@inner_kernel
+def _finish(state: Rows, work: Rows, end: Response, k: Coefficients) -> None:
+    """Put muscles and body where they are at the time of `end`, and note the velocities."""
+    u, v, slip, F, f = state[DISPLACEMENT], state[VELOCITY], state[SLIP], state[DRIVE], state[FORCE]
+    w, w_f, w_r, limit_at = work[W], work[W_F], work[W_R], work[LIMIT_AT]
+    limited_gain, gain = k.force_max * (1.0 - end.e_f), k.force_max * end.r_f
+    for i in range(u.size):  # without branches, so that it is done for several muscles at a time
+        pull = limited_gain if limit_at[i] < np.inf else gain * F[i]
+        f[i] = flush(f[i] * end.e_f + pull)
+        F[i] = flush(F[i] * end.e_m)
+    _settle(u, slip, work, 0, u.size - 1, end)
+    for i in range(u.size):
+        moving = w[i] + w_f[i] * end.e_f + w_r[i] * end.r_f - u[i]
+        v[i] = moving * k.times.rate_c if slip[i] != STUCK else 0.0

@@ -14,7 +14,7 @@ ODOMETER = 8
 EPISODE_DECISIONS, LIFETIME_DECISIONS, LIFETIME_DISTANCE = range(3)
 # ... and scratch for the kernels.
 WORK = 9
-WORK_ROWS = 15
+WORK_ROWS = 16
 ROWS = WORK + WORK_ROWS
 
 
@@ -29,5 +29,5 @@ def rest_state(n_segments: int) -> NDArray[np.float64]:
 
 
 def workspace(n_segments: int) -> NDArray[np.float64]:
-    """Scratch memory alone, shape (15, N + 1); its content means nothing between calls."""
+    """Scratch memory alone, shape (16, N + 1); its content means nothing between calls."""
     return np.empty((WORK_ROWS, n_segments + 1))

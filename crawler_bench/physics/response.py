@@ -34,6 +34,9 @@ class Response(NamedTuple):
     s_r: float
 
 
+START = Response(1.0, 1.0, 0.0, 1.0, 0.0, 0.0)  # at time 0
+
+
 @step_kernel
 def follow(time: float, tau_lead: float, tau_follow: float) -> float:
     """What follows a decay exp(-t / tau_lead) with time constant tau_follow, from 0.

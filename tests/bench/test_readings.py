@@ -97,7 +97,7 @@ def test_free_constants_are_those_without_a_source(bases):
 
 
 def test_an_unknown_reading_gets_one_line_with_a_suggestion():
-    with pytest.raises(ValueError, match="no reading is called 'tau_f=1.1'; did you mean 'tau_f=1'"):
+    with pytest.raises(ValueError, match=r"no reading is called 'tau_f=1\.1'; did you mean 'tau_f=1'"):
         find_reading("tau_f=1.1", ALL)
 
 
@@ -128,7 +128,10 @@ def test_the_default_gives_way_only_to_a_reading_that_is_firmly_better_on_fresh_
     assert not is_rival(default, default)
     study = Study(FULL, [default, better], [default, better])
     assert study.confirmation()["replaces"].tolist() == [False, True]
-    assert Study(FULL, [default, better], [default, default]).confirmation()["replaces"].tolist() == [False, False]
+    assert Study(FULL, [default, better], [default, default]).confirmation()["replaces"].tolist() == [
+        False,
+        False,
+    ]
 
 
 def test_a_profile_says_which_groups_a_field_moves(bases):

@@ -7,7 +7,8 @@ from scipy.stats import chisquare
 
 import crawler_bench
 from crawler_bench.bench import rollout as module
-from crawler_bench.bench.rollout import action_table, rollout
+from crawler_bench.bench.policies import action_table
+from crawler_bench.bench.rollout import rollout
 from crawler_bench.physics.layout import DISPLACEMENT, FORCE, STRAIN, VELOCITY
 from crawler_bench.physics.parameters import CrawlerParameters
 

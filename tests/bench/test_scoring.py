@@ -1,4 +1,4 @@
-"""Distances at the borders of their rules, groups, caps, resamples and ranks, on results with planted answers."""
+"""Distances at the borders of their rules, groups, caps, resamples and ranks, on planted results."""
 
 import numpy as np
 import pandas as pd

@@ -37,6 +37,7 @@ OTHERS = [
     RUN.model_copy(update={"settings": {"learning_rate": 0.1}}),
     RUN.model_copy(update={"settings": {"learning_rate": 0.2}}),
     RUN.model_copy(update={"decisions": 5}),
+    RUN.model_copy(update={"crawlers": 2}),
 ]  # fmt: skip
 
 
@@ -54,7 +55,10 @@ def test_how_a_run_is_evaluated_does_not_change_its_key():
 
 
 def test_every_field_of_an_evaluation_changes_its_key():
-    changes = {"starts": 3, "warm_up": 7, "duration": 300, "settle": 7, "gait": 8, "noise": (0, 1), "seed": 1}
+    changes = {
+        "starts": 3, "warm_up": 7, "duration": 300, "settle": 7, "gait": 8, "noise": (0, 1),
+        "mode": "stochastic", "seed": 1,
+    }  # fmt: skip
     assert set(changes) == set(EvaluationConfig.model_fields)
     keys = [store.evaluation_key(EvaluationConfig(**{name: value})) for name, value in changes.items()]
     assert len({*keys, store.evaluation_key(EvaluationConfig())}) == len(keys) + 1

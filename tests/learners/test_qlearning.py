@@ -11,7 +11,8 @@ from stable_baselines3.common.evaluation import evaluate_policy
 from stable_baselines3.common.vec_env import DummyVecEnv
 
 import crawler_bench
-from agents.qlearning import QLearning, greedy, update
+from agents.loop import greedy, update
+from agents.qlearning import QLearning
 from crawler_bench.envs.crawler import CrawlerEnv
 from crawler_bench.envs.randomness import live_state
 
@@ -79,6 +80,16 @@ def test_truncation_is_looked_through() -> None:
     assert agent.q_table[2, 1] == pytest.approx(1.0, abs=1e-9)
 
 
+@pytest.mark.parametrize("truncate", [False, True])
+def test_every_end_is_terminal_on_request(truncate: bool) -> None:
+    """Then the last state is worth 1, however the episode ended, and the others what stands before it."""
+    env = Chain(truncate=truncate)
+    agent = QLearning(
+        env, learning_rate=0.5, discount=0.5, initial_q=3.0, seed=0, end_is_terminal=True
+    ).learn(20_000)
+    np.testing.assert_allclose(agent.q_table[:, 1], [0.125, 0.25, 0.5, 1.0], atol=1e-9)
+
+
 def test_high_initial_values_make_it_try_everything() -> None:
     """Where it has been often enough, a learner that expects much has tried every action, and only then."""
     optimist = QLearning(crawler(), initial_q=0.2, seed=0).learn(5000)
@@ -87,13 +98,20 @@ def test_high_initial_values_make_it_try_everything() -> None:
     assert not (pessimist.q_table != -1.0).all(axis=1).any()
 
 
+@pytest.mark.parametrize("end_is_terminal", [False, True])
 @pytest.mark.parametrize("arguments", [
     {"regularization": 0.01}, {"regularization": 0.0, "noise": 0.1}, {"episode_distance": 0.05},
     {"time_limit": 9.0},
 ])  # fmt: skip
-def test_the_compiled_loop_gives_the_same_table_to_the_bit(arguments: dict[str, Any]) -> None:
-    fast = QLearning(crawler(**arguments), seed=7).learn(3000)
-    plain = QLearning(crawler(**arguments), seed=7, compiled=False).learn(3000)
+def test_the_compiled_loop_gives_the_same_table_to_the_bit(
+    arguments: dict[str, Any], end_is_terminal: bool
+) -> None:
+    fast, plain = (
+        QLearning(crawler(**arguments), seed=7, end_is_terminal=end_is_terminal, compiled=compiled).learn(
+            3000
+        )
+        for compiled in (True, False)
+    )
     np.testing.assert_array_equal(fast.q_table, plain.q_table)
     assert fast.env is not None
     assert plain.env is not None
@@ -133,6 +151,14 @@ def test_learning_resumes_to_the_bit_in_mid_episode(tmp_path: Path) -> None:
     resumed = QLearning.load(tmp_path / "agent.json", crawler(noise=0.02)).learn(5000 - 2345)
     np.testing.assert_array_equal(resumed.q_table, whole.q_table)
     assert resumed.num_timesteps == whole.num_timesteps == 5000
+
+
+def test_the_reading_of_an_end_is_saved(tmp_path: Path) -> None:
+    whole = QLearning(crawler(time_limit=9.0), seed=11, end_is_terminal=True).learn(2000)
+    assert (whole.q_table != QLearning(crawler(time_limit=9.0), seed=11).learn(2000).q_table).any()
+    QLearning(crawler(time_limit=9.0), seed=11, end_is_terminal=True).learn(700).save(tmp_path / "agent.json")
+    resumed = QLearning.load(tmp_path / "agent.json", crawler(time_limit=9.0)).learn(1300)
+    np.testing.assert_array_equal(resumed.q_table, whole.q_table)
 
 
 def test_interrupted_calls_of_learn_add_up() -> None:
@@ -188,12 +214,12 @@ def test_stable_baselines_evaluates_it_as_it_is() -> None:
 
 @pytest.mark.parametrize("settings", [
     {"learning_rate": 0.0}, {"learning_rate": 1.5}, {"discount": 1.0}, {"discount": -0.1},
-    {"initial_q": np.inf},
+    {"initial_q": np.inf}, {"end_is_terminal": "no"},
 ])  # fmt: skip
-def test_an_impossible_setting_is_refused(settings: dict[str, float]) -> None:
+def test_an_impossible_setting_is_refused(settings: dict[str, Any]) -> None:
     (name, _value), *_ = settings.items()
     with pytest.raises(ValueError, match=rf"^{name} = .* is not possible: it must be"):
-        QLearning(crawler(), **settings)  # type: ignore[arg-type]
+        QLearning(crawler(), **settings)
 
 
 def test_spaces_that_are_not_discrete_are_refused() -> None:

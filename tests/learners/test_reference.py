@@ -5,14 +5,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from agents import REGISTRY, agent_class, agent_spec, make_agent
+from agents import REGISTRY, agent_class, agent_spec
 from crawler_bench.envs.crawler import CrawlerEnv
 
 
 @pytest.mark.parametrize("name", sorted(REGISTRY))
 def test_every_registered_agent_has_the_whole_interface(name: str, tmp_path: Path) -> None:
     env = CrawlerEnv()
-    agent = make_agent(name, env, seed=0)
+    agent = agent_class(name)(env, seed=0)
     agent.learn(100)
     actions, _ = agent.predict(np.arange(10), state=None, episode_start=None, deterministic=True)
     assert actions.shape == (10,)
@@ -24,22 +24,22 @@ def test_every_registered_agent_has_the_whole_interface(name: str, tmp_path: Pat
 
 def test_random_is_uniform_and_seeded() -> None:
     env = CrawlerEnv()
-    actions = make_agent("random", env, seed=0).predict(np.zeros(20_000, dtype=int))[0]
+    actions = agent_class("random")(env, seed=0).predict(np.zeros(20_000, dtype=int))[0]
     counts = np.bincount(actions, minlength=10)
     assert counts.min() > 1850
     assert counts.max() < 2150
     np.testing.assert_array_equal(
-        actions[:50], make_agent("random", env, seed=0).predict(np.zeros(50, dtype=int))[0]
+        actions[:50], agent_class("random")(env, seed=0).predict(np.zeros(50, dtype=int))[0]
     )
 
 
 def test_wave_is_the_diagonal() -> None:
-    assert make_agent("wave", CrawlerEnv()).predict(np.arange(10))[0].tolist() == list(range(10))
+    assert agent_class("wave")(CrawlerEnv()).predict(np.arange(10))[0].tolist() == list(range(10))
 
 
 def test_still_stands_still() -> None:
     env = CrawlerEnv()
-    agent = make_agent("still", env)
+    agent = agent_class("still")(env)
     observation, _ = env.reset(seed=0)
     places = []
     for _ in range(1000):

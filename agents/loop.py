@@ -1,0 +1,72 @@
+"""Eq. 12 of Mishra, van Rees & Mahadevan 2020 [M20], compiled: choose, update, go on to the next decision."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from crawler_bench.envs.randomness import State, random
+from crawler_bench.envs.transition import RUNNING, Memory, Task, begin, decide, unpack
+from crawler_bench.physics.compilation import kernel
+
+
+@kernel
+def greedy(values: NDArray[np.float64], rng: State) -> int:
+    """Index of the highest of the values, ties broken at random (a tie of m takes m - 1 draws)."""
+    best, index, ties = -np.inf, 0, 0
+    for a in range(values.size):
+        if values[a] > best:
+            best, index, ties = values[a], a, 1
+        elif values[a] == best:
+            ties += 1
+            if random(rng) * ties < 1.0:
+                index = a
+    return index
+
+
+@kernel
+def update(Q: NDArray[np.float64], o: int, a: int, target: float, alpha: float) -> None:
+    """Move Q(o, a) towards the target r + gamma max_a' Q(o', a') [M20, eq. 12]."""
+    Q[o, a] = (1.0 - alpha) * Q[o, a] + alpha * target
+
+
+@kernel
+def learn_on_crawler(
+    Q: NDArray[np.float64],
+    o: int,
+    n_decisions: int,
+    alpha: float,
+    gamma: float,
+    end_is_terminal: bool,
+    rng: State,
+    memory: Memory,
+    task: Task,
+    env_rng: State,
+) -> int:
+    """The loop of `QLearning.learn` on the crawler, compiled; gives the same Q to the last bit."""
+    for _ in range(n_decisions):
+        a = greedy(Q[o], rng)
+        o_next, r, _, _, _, end = decide(memory, a, task, env_rng)
+        ended = end != RUNNING  # by distance or time, which truncates: worth looking through
+        update(Q, o, a, r + (0.0 if ended and end_is_terminal else gamma * Q[o_next].max()), alpha)
+        o = begin(memory, task, env_rng) if ended else o_next
+    return o
+
+
+@kernel
+def learn_on_crawlers(
+    Q: NDArray[np.float64],
+    o: NDArray[np.int64],
+    n_decisions: NDArray[np.int64],
+    alpha: NDArray[np.float64],
+    gamma: NDArray[np.float64],
+    end_is_terminal: NDArray[np.bool_],
+    rng: NDArray[np.uint64],
+    memory: NDArray[np.float64],
+    tasks: NDArray[np.float64],
+    env_rng: NDArray[np.uint64],
+) -> None:
+    """`learn_on_crawler` for many agents, a row of every array each; `o` becomes the next observation."""
+    for i in range(Q.shape[0]):
+        o[i] = learn_on_crawler(
+            Q[i], o[i], n_decisions[i], alpha[i], gamma[i], end_is_terminal[i], rng[i], memory[i],
+            unpack(tasks[i]), env_rng[i],
+        )  # fmt: skip

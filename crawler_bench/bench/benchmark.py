@@ -1,0 +1,166 @@
+"""Agents against each other on the same reward: run them all, measure them all alike, collect tidy frames.
+
+An entry is an experiment: an agent's configuration over seeds and regularizations. Each of its runs is
+evaluated twice, as the agent thinks best ("deterministic") and as it acts while it learns ("stochastic"); a
+run whose two policies are the same table counts once, under the name that fits the table.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from crawler_bench.bench.evaluation import read_evaluation
+from crawler_bench.bench.sweep import Cell, Outcome, read_outcomes, run_cells
+from crawler_bench.config import Experiment, override
+
+KEY = ["agent", "mode", "regularization", "seed"]
+MODES = ("deterministic", "stochastic")
+WINDOWS = 64  # of a learning curve
+
+
+@dataclass(frozen=True)
+class Benchmark:
+    """Everything that was measured.
+
+    Attributes:
+        outcomes: of the runs, by mode; a run that stands under one mode only is missing under the other.
+        runs: a row a run and mode, keyed by agent, mode, regularization and seed.
+        evaluations: a row a run, mode, noise and start.
+        cycles: a row a cycle.
+        tables: a row a run, mode and observation, with the probability of each action.
+        curves: a row a run and window of its learning: decisions, gradient_updates, speed, policy.
+        failures: cells that did not finish.
+    """
+
+    outcomes: dict[str, list[Outcome]]
+    runs: pd.DataFrame
+    evaluations: pd.DataFrame
+    cycles: pd.DataFrame
+    tables: pd.DataFrame
+    curves: pd.DataFrame
+    failures: list[Outcome]
+
+
+def run_benchmark(entries: Sequence[Experiment], runs_root: Path, *, jobs: int, quiet: bool) -> Benchmark:
+    """Train and evaluate every entry, but for what is there already.
+
+    Raises:
+        RuntimeError: if no run at all succeeded.
+    """
+    cells = [Cell(entry.name, config, seed) for entry in entries for config, seed in entry.runs()]
+    found = {}
+    for mode in MODES:
+        # The second mode finds the runs trained. What failed once is not tried again: it would fail again.
+        found[mode] = run_cells([in_mode(cell, mode) for cell in cells], runs_root, jobs=jobs, quiet=quiet)
+        if all(outcome.error for outcome in found[mode]):
+            raise RuntimeError(f"all {len(cells)} runs failed; the first: {found[mode][0].error}")
+        cells = [cell for cell, outcome in zip(cells, found[mode], strict=True) if not outcome.error]
+    return collect(found)
+
+
+def in_mode(cell: Cell, mode: str) -> Cell:
+    """The same run, evaluated in a mode."""
+    return Cell(cell.experiment, override(cell.config, {"evaluation.mode": mode}, cell.experiment), cell.seed)
+
+
+def collect(found: dict[str, list[Outcome]]) -> Benchmark:
+    """Read what finished cells measured, by mode."""
+    tables = pd.concat([_tables(outcomes, mode) for mode, outcomes in found.items()], ignore_index=True)
+    names = _names(tables)
+
+    def keep(frame: pd.DataFrame) -> pd.DataFrame:
+        """The rows of modes that stand for themselves, under the names that fit."""
+        named: Any = [
+            names.get((agent, mode)) for agent, mode in zip(frame["agent"], frame["mode"], strict=True)
+        ]
+        return (
+            frame.assign(mode=named).dropna(subset="mode").sort_values(KEY, kind="stable", ignore_index=True)
+        )
+
+    frames = [measured(outcomes, mode) for mode, outcomes in found.items()]
+    runs, evaluations, cycles = (
+        keep(pd.concat(each, ignore_index=True)) for each in zip(*frames, strict=True)
+    )
+    first = next(iter(found.values()))
+    return Benchmark(
+        {
+            mode: [each for each in outcomes if (each.cell.experiment, mode) in names]
+            for mode, outcomes in found.items()
+        },
+        runs, evaluations, cycles, keep(tables), learning_curves(first),
+        [outcome for outcomes in found.values() for outcome in outcomes if outcome.error],
+    )  # fmt: skip
+
+
+def measured(outcomes: Sequence[Outcome], mode: str) -> list[pd.DataFrame]:
+    """Runs, evaluations and cycles, keyed as KEY says."""
+    frames = []
+    for frame in read_outcomes(outcomes):
+        keyed = frame.drop(columns="agent", errors="ignore").rename(columns={"experiment": "agent"})
+        keyed.insert(1, "mode", mode)
+        frames.append(keyed)
+    return frames
+
+
+def _tables(outcomes: Sequence[Outcome], mode: str) -> pd.DataFrame:
+    frames = []
+    for outcome in outcomes:
+        if outcome.evaluation is not None:
+            table = read_evaluation(outcome.evaluation).table
+            frame = pd.DataFrame(table, columns=[f"p_{action}" for action in range(table.shape[1])])
+            key = zip(KEY, (*_key(outcome)[:1], mode, *_key(outcome)[1:]), strict=True)
+            frames.append(
+                pd.DataFrame(dict(key), index=frame.index).assign(observation=frame.index).join(frame)
+            )
+    return pd.concat(frames, ignore_index=True) if frames else pd.DataFrame(columns=KEY)
+
+
+def _names(tables: pd.DataFrame) -> dict[tuple[str, str], str]:
+    """What each agent's mode is called; missing where it is the other one over again."""
+    names = {}
+    probabilities = [column for column in tables if str(column).startswith("p_")]
+    for agent, rows in tables.groupby("agent"):
+        one, other = (
+            rows[rows["mode"] == mode].sort_values(["regularization", "seed", "observation"])[probabilities]
+            for mode in MODES
+        )
+        if one.shape == other.shape and np.array_equal(one, other):
+            sure = bool((one.max(axis=1) == 1).all())
+            names[str(agent), MODES[0]] = MODES[0] if sure else MODES[1]
+        else:
+            names.update({(str(agent), mode): mode for mode in MODES})
+    return names
+
+
+def _key(outcome: Outcome) -> tuple[str, float, int]:
+    return outcome.cell.experiment, outcome.cell.config.environment.regularization, outcome.cell.seed
+
+
+def learning_curves(outcomes: Sequence[Outcome]) -> pd.DataFrame:
+    """Learning curves in windows of equal numbers of decisions; agents that learn nothing have none."""
+    curves = []
+    for outcome in outcomes:
+        if outcome.folder is None or not outcome.cell.config.decisions:
+            continue
+        learning = pd.read_csv(outcome.folder / "learning.csv", dtype={"policy": str}).sort_values(
+            "decisions"
+        )
+        decisions = learning["decisions"].to_numpy(float)
+        ends = np.linspace(0, decisions[-1], WINDOWS + 1)
+        time, distance, updates = (
+            np.interp(ends, decisions, learning[column].to_numpy(float))
+            for column in ("time", "distance", "gradient_updates")
+        )
+        elapsed = np.diff(time)
+        agent, regularization, seed = _key(outcome)
+        curves.append(pd.DataFrame({
+            "agent": agent, "regularization": regularization, "seed": seed,
+            "decisions": ends[1:], "gradient_updates": updates[1:],
+            "speed": np.diff(distance) / np.where(elapsed > 0, elapsed, np.nan),
+            "policy": learning["policy"].to_numpy()[np.searchsorted(decisions, ends[1:], side="right") - 1],
+        }))  # fmt: skip
+    return pd.concat(curves, ignore_index=True) if curves else pd.DataFrame()

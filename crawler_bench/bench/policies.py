@@ -1,0 +1,57 @@
+"""The whole policy of an agent, whoever learned it: with N observations and no memory it is a table."""
+
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Mode = Literal["deterministic", "stochastic"]
+
+DRAWS = 2000  # at each observation, from a stochastic policy that does not tell its probabilities
+
+
+def action_table(agent: Any, n_segments: int, mode: Mode = "deterministic") -> Array:
+    """The policy of an agent as a table of probabilities.
+
+    Args:
+        agent: anything with `predict`, or with the attribute `action_probabilities`, which then is the answer
+            in both modes.
+        n_segments: N.
+        mode: "deterministic", the action that the agent thinks best; "stochastic", the probabilities that it
+            acts with while it learns: a policy network's, a value network's with the last exploration rate,
+            the table's own, and for an agent that tells none of these the shares of DRAWS predictions.
+
+    Returns:
+        (N, N) probabilities of each action at each observation; every row sums to 1.
+    """
+    if (known := getattr(agent, "action_probabilities", None)) is not None:
+        return np.array(known, dtype=np.float64)
+    observations = np.arange(n_segments)
+    greedy = np.eye(n_segments)[_predict(agent, observations, deterministic=True)]
+    if mode == "deterministic" or hasattr(agent, "q_table"):
+        return greedy
+    network: Any = getattr(agent, "policy", None)
+    if hasattr(network, "get_distribution"):
+        distribution = network.get_distribution(network.obs_to_tensor(observations)[0]).distribution
+        probabilities = distribution.probs.detach().numpy().astype(np.float64)
+        return np.asarray(probabilities / probabilities.sum(axis=1, keepdims=True))
+    if (rate := getattr(agent, "exploration_rate", None)) is not None:
+        return np.asarray((1 - rate) * greedy + rate / n_segments)
+    drawn = _predict(agent, np.repeat(observations, DRAWS), deterministic=False).reshape(n_segments, DRAWS)
+    return np.array([np.bincount(row, minlength=n_segments) / DRAWS for row in drawn])
+
+
+def believed_policy(agent: Any, n_segments: int) -> Array | None:
+    """The deterministic policy in the middle of learning; None where asking might disturb the learning."""
+    if (table := getattr(agent, "q_table", None)) is not None:
+        return np.asarray(np.eye(n_segments)[table.argmax(axis=1)])
+    asks_safely = hasattr(agent, "action_probabilities") or hasattr(
+        getattr(agent, "policy", None), "obs_to_tensor"
+    )
+    return action_table(agent, n_segments) if asks_safely else None
+
+
+def _predict(agent: Any, observations: NDArray[np.int64], *, deterministic: bool) -> NDArray[np.int64]:
+    actions, _ = agent.predict(observations, deterministic=deterministic)
+    return np.asarray(actions, dtype=np.int64)

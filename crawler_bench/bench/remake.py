@@ -1,0 +1,165 @@
+"""Make one cell of the benchmark's tables again, from nothing, and say whether it comes out the same.
+
+A hash stands for the configuration, the mode, the seeds and the metric of a cell, or for a single run; it
+does not change with the code, so that what the code made of it then can be held against what it makes now.
+"""
+
+import hashlib
+import io
+import json
+import tempfile
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from crawler_bench.bench.benchmark import KEY, in_mode, learning_curves, measured
+from crawler_bench.bench.store import NotARunError
+from crawler_bench.bench.summary import summarize_benchmark
+from crawler_bench.bench.sweep import Cell, run_cells
+from crawler_bench.config import Experiment, RunConfig, load_experiment, override, to_mapping
+
+WHOLE_RUN = "run"  # in place of a metric
+DIGITS = 9  # significant ones in every CSV
+
+
+def cell_hash(config: RunConfig, mode: str, seeds: Sequence[int], metric: str) -> str:
+    """Eight digits that stand for a cell."""
+    content = to_mapping(override(config, {"evaluation.mode": mode}, "cell"))
+    content |= {"seeds": list(seeds), "metric": metric}
+    return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()[:8]
+
+
+@dataclass(frozen=True)
+class Hasher:
+    """Hashes of cells and runs.
+
+    Attributes:
+        entries: the experiments by name.
+    """
+
+    entries: dict[str, Experiment]
+
+    def __call__(self, agent: str, mode: str, regularization: float, metric: str) -> str:
+        """Hash of a table cell."""
+        return cell_hash(self._run(agent, regularization), mode, self.entries[agent].seeds, metric)
+
+    def of_run(self, agent: str, mode: str, regularization: float, seed: int) -> str:
+        """Hash of a single run."""
+        return cell_hash(self._run(agent, regularization), mode, [seed], WHOLE_RUN)
+
+    def _run(self, agent: str, regularization: float) -> RunConfig:
+        return override(self.entries[agent].run, {"regularization": regularization}, agent)
+
+
+def remake(folder: Path, hash_: str, *, jobs: int, quiet: bool) -> pd.DataFrame:
+    """Train and evaluate anew what stands behind a cell, in a fresh folder.
+
+    Args:
+        folder: what `crawler-bench benchmark` wrote.
+        hash_: of a cell of summary.csv, or of a run of runs.csv.
+        jobs: parallel processes; 0 is one a core.
+        quiet: show no progress.
+
+    Returns:
+        A row a number: agent, mode, regularization, metric, before, low, high, now, verdict; one row for a
+        cell, one a column for a run.
+
+    Raises:
+        NotARunError: if the folder is not one of ours or no cell has this hash.
+        RuntimeError: if a run failed.
+    """
+    runs, evaluations, curves, summary = (_read(folder / f"{name}.csv") for name in _FILES)
+    row, of_run = _find(hash_, summary, runs)
+    entry = load_experiment(folder / "entries" / f"{row['agent']}.yaml")
+    hasher = Hasher({entry.name: entry})
+    run = override(entry.run, {"regularization": row["regularization"]}, entry.name)
+    seeds = [int(row["seed"])] if of_run else entry.seeds
+    cells = [in_mode(Cell(entry.name, run, seed), str(row["mode"])) for seed in seeds]
+    with tempfile.TemporaryDirectory() as fresh:
+        outcomes = run_cells(cells, Path(fresh), jobs=jobs, quiet=quiet)
+        failed = [outcome.error for outcome in outcomes if outcome.error]
+        if failed:
+            raise RuntimeError(f"{len(failed)} of {len(cells)} runs failed; the first: {failed[0]}")
+        new_runs, new_evaluations, _ = measured(outcomes, str(row["mode"]))
+        new_curves = learning_curves(outcomes)
+    if of_run:
+        return _compare_runs(row, _rounded(new_runs).iloc[0], runs)
+    changed = [
+        _replaced(old, _rounded(new))
+        for old, new in ((runs, new_runs), (evaluations, new_evaluations), (curves, new_curves))
+    ]
+
+    def identify(agent: str, mode: str, regularization: float, metric: str) -> str:
+        known = agent == entry.name
+        return hasher(agent, mode, regularization, metric) if known else ""
+
+    again = _rounded(summarize_benchmark(*changed, identify))
+    cell = again[again["hash"] == row["hash"]].iloc[0]
+    key = {name: row[name] for name in ("agent", "mode", "regularization", "metric")}
+    before, now = float(row["value"]), float(cell["value"])
+    return pd.DataFrame([
+        {**key, "before": before, "low": row["low"], "high": row["high"], "now": now,
+         "verdict": _verdict(before, now, float(row["low"]), float(row["high"]))}
+    ])  # fmt: skip
+
+
+_FILES = ("runs", "evaluations", "curves", "summary")
+
+
+def _read(path: Path) -> pd.DataFrame:
+    try:
+        return pd.read_csv(path, dtype={"policy": str, "hash": str})
+    except (OSError, ValueError):
+        raise NotARunError(
+            f"{path} cannot be read: `crawler-bench benchmark` writes it; name its folder with --results"
+        ) from None
+
+
+def _find(hash_: str, summary: pd.DataFrame, runs: pd.DataFrame) -> tuple["pd.Series[Any]", bool]:
+    """The row with a hash, and whether it is a run's."""
+    for frame, of_run in ((summary, False), (runs, True)):
+        found = frame[frame["hash"].str.startswith(hash_.removeprefix("#"))]
+        if len(found) > 1:
+            raise NotARunError(f"{len(found)} cells have a hash that begins with {hash_}: write it in full")
+        if len(found) == 1:
+            return found.iloc[0], of_run
+    raise NotARunError(f"no cell or run has the hash {hash_}; they stand in summary.csv and runs.csv")
+
+
+def _rounded(frame: pd.DataFrame) -> pd.DataFrame:
+    """A frame as it would be read back from its CSV."""
+    text = frame.to_csv(index=False, float_format=f"%.{DIGITS}g")
+    return pd.read_csv(io.StringIO(text), dtype={"policy": str, "hash": str})
+
+
+def _replaced(old: pd.DataFrame, new: pd.DataFrame) -> pd.DataFrame:
+    """The old rows, but those of runs that are new."""
+    key = [name for name in KEY if name in old and name in new]
+    gone = old.set_index(key).index.isin(new.set_index(key).index)
+    joined = pd.concat([old[~gone], new[[name for name in old if name in new]]])
+    return joined.sort_values(key, kind="stable", ignore_index=True)
+
+
+def _compare_runs(row: "pd.Series[Any]", new: "pd.Series[Any]", runs: pd.DataFrame) -> pd.DataFrame:
+    """Every number of a run, before and now; the interval is what all seeds of the agent span."""
+    same = (runs[["agent", "mode", "regularization"]] == row[["agent", "mode", "regularization"]]).all(axis=1)
+    rows = []
+    for name in runs.columns:
+        if name in KEY or name not in new or not np.issubdtype(runs[name].dtype, np.number):
+            continue
+        low, high = runs.loc[same, name].min(), runs.loc[same, name].max()
+        verdict = _verdict(row[name], new[name], low, high)
+        key = {each: row[each] for each in ("agent", "mode", "regularization")}
+        rows.append({**key, "metric": name, "before": row[name], "low": low, "high": high,
+                     "now": new[name], "verdict": verdict})  # fmt: skip
+    return pd.DataFrame(rows)
+
+
+def _verdict(before: float, now: float, low: float, high: float) -> str:
+    if before == now or (np.isnan(before) and np.isnan(now)):
+        return "equal"
+    return "within its interval" if low <= now <= high else "different"

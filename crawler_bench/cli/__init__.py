@@ -1,0 +1,24 @@
+"""The command line: `crawler-bench`. Heavy imports wait until a command needs them."""
+
+import typer
+
+from crawler_bench.cli import benchmark, installation, paper, readings, runs
+from crawler_bench.console import one_line_errors
+
+app = typer.Typer(
+    name="crawler-bench",
+    help="How a soft-bodied crawler learns to coordinate itself: reproduce the paper, train agents.",
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+    add_completion=False,
+)
+for command in (paper.reproduce, readings.readings, runs.train, runs.evaluate, runs.render, benchmark.tune):
+    app.command()(command)
+app.command("list")(installation.list_)
+app.command()(installation.doctor)
+
+
+def main() -> None:
+    """Entry point of the command `crawler-bench`."""
+    with one_line_errors():
+        app()

@@ -1,0 +1,111 @@
+"""The command that reproduces the paper."""
+
+import errno
+import os
+import shlex
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from crawler_bench.cli.options import RUNS, Jobs, Quiet, Runs, Seeds, Set, agent_spec
+from crawler_bench.console import console, print_claims, teller
+
+if TYPE_CHECKING:
+    from crawler_bench.config import Experiment
+
+
+class Preset(StrEnum):
+    """Sizes of an experiment."""
+
+    paper = "paper"
+    smoke = "smoke"
+
+
+def reproduce(
+    preset: Annotated[
+        Preset, typer.Option(help="paper: in full; smoke: small, to see that all works.")
+    ] = Preset.paper,
+    claim: Annotated[list[str] | None, typer.Option(help="Only re-make this claim, and print it.")] = None,
+    seeds: Seeds = None,
+    set_: Set = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            help="Where to write; default results/PRESET, or results/changed with --seeds or --set."
+        ),
+    ] = None,
+    runs: Runs = RUNS,
+    jobs: Jobs = 0,
+    quiet: Quiet = False,
+) -> None:
+    """Reproduce the paper: train both gaits, judge every claim, draw Figs 1-3 and S1, film both gaits.
+
+    Interrupted, the same command goes on from the runs that were finished.
+    """
+    from crawler_bench.bench import reproduction
+    from crawler_bench.bench.paper_claims import CLAIMS, find_claim
+
+    claims = tuple(find_claim(name) for name in claim) if claim else CLAIMS
+    # Other seeds or settings are another experiment: they do not replace the committed results.
+    folder = out or Path("results") / ("changed" if seeds or set_ else preset)
+    if not claim:
+        require_ours(folder)
+    needed = (
+        {name for each in claims for name in each.experiments} if claim else set(reproduction.EXPERIMENTS)
+    )
+    experiments = _experiments(preset, sorted(needed, key=reproduction.EXPERIMENTS.index), set_, seeds)
+    found = reproduction.reproduce(experiments, runs, jobs=jobs, quiet=quiet)
+    options = "".join([
+        f" --preset {preset.value}" if preset is not Preset.paper else "",
+        f" --seeds {seeds}" if seeds else "",
+        *(f" --set {shlex.quote(word)}" for word in set_ or []),
+    ])  # fmt: skip
+    if claim:
+        frame = found.claims(claims, options)
+    else:
+        frame = reproduction.write_results(found, folder, options=options, say=teller(quiet))
+    print_claims(frame)
+    if not claim:
+        console.print(
+            f"Written to {folder}: claims.md, figures, animations, runs.csv, policies.", soft_wrap=True
+        )
+    if preset is Preset.smoke:
+        console.print("This was the smoke preset: too small for its verdicts to mean anything.")
+    if found.failures:
+        raise RuntimeError(
+            f"{len(found.failures)} runs failed (see FAILED above); the same command tries them again"
+        )
+
+
+def _experiments(
+    preset: Preset, names: list[str], set_: list[str] | None, seeds: str | None
+) -> "list[Experiment]":
+    from crawler_bench.config import config_folder, load_experiment, parse_assignments, parse_seeds
+
+    overrides = parse_assignments(set_ or [])
+    experiments = []
+    for name in names:
+        experiment = load_experiment(config_folder() / preset / f"{name}.yaml", overrides)
+        run = experiment.run.model_copy(update={"agent": agent_spec(experiment.run.agent)})
+        update: dict[str, Any] = {"run": run} | (
+            {"seeds": parse_seeds(seeds)} if seeds and not experiment.grid else {}
+        )
+        experiments.append(experiment.model_copy(update=update))
+    return experiments
+
+
+def require_ours(folder: Path) -> None:
+    """Refuse, before anything is computed, a folder that results cannot or should not go into."""
+    if folder.exists() and not folder.is_dir():
+        raise ValueError(f"{folder} is a file; results need a folder: choose another one with --out")
+    ours = all((folder / name).is_file() for name in ("claims.csv", "manifest.json"))
+    if folder.is_dir() and any(folder.iterdir()) and not ours:
+        raise ValueError(
+            f"{folder} is not empty and was not written by `crawler-bench reproduce` (it has no claims.csv "
+            "with a manifest.json); choose another folder with --out"
+        )
+    folder.parent.mkdir(parents=True, exist_ok=True)
+    if not os.access(folder.parent, os.W_OK):
+        raise PermissionError(errno.EACCES, "cannot be written to", str(folder.parent))

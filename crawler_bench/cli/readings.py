@@ -1,0 +1,109 @@
+"""The command that runs every reading of the paper."""
+
+import tempfile
+import time
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from crawler_bench.cli.options import RUNS, Jobs, Quiet, Runs, agent_spec
+from crawler_bench.console import console, print_frame, teller
+
+if TYPE_CHECKING:
+    from crawler_bench.bench.readings_presets import Size
+    from crawler_bench.bench.readings_study import Laboratory
+
+
+class Preset(StrEnum):
+    """Sizes of the study."""
+
+    full = "full"
+    smoke = "smoke"
+
+
+def readings(
+    preset: Annotated[
+        Preset, typer.Option(help="full: under an hour; smoke: small, to see that all works.")
+    ] = Preset.full,
+    only: Annotated[
+        list[str] | None, typer.Option(help="Only run and print this reading; may be repeated.")
+    ] = None,
+    check: Annotated[
+        int, typer.Option(min=0, help="Run so many rows of the table again, from nothing, and compare.")
+    ] = 0,
+    out: Annotated[
+        Path | None, typer.Option(help="Where to write; default results/readings or results/readings-smoke.")
+    ] = None,
+    runs: Runs = RUNS,
+    jobs: Jobs = 0,
+    quiet: Quiet = False,
+) -> None:
+    """Run every reading of what the paper leaves open against every claim: which tells the paper's story?
+
+    Interrupted, the same command goes on from the runs that were finished.
+    """
+    from crawler_bench.bench.readings_presets import FULL, SMOKE
+
+    size = SMOKE if preset is Preset.smoke else FULL
+    folder = out or Path("results") / ("readings-smoke" if size is SMOKE else "readings")
+    if check:
+        with tempfile.TemporaryDirectory() as fresh:
+            _check(_laboratory(size, Path(fresh), jobs, quiet), size, folder, check)
+    elif only:
+        _print_only(_laboratory(size, runs, jobs, quiet), size, folder, only)
+    else:
+        _study(_laboratory(size, runs, jobs, quiet), size, folder)
+
+
+def _laboratory(size: "Size", runs: Path, jobs: int, quiet: bool) -> "Laboratory":
+    from crawler_bench.bench.readings_study import EXPERIMENTS, Laboratory
+    from crawler_bench.config import config_folder, load_experiment
+
+    bases = {}
+    for name in EXPERIMENTS:
+        run = size.apply(load_experiment(config_folder() / "paper" / f"{name}.yaml").run)
+        bases[name] = run.model_copy(update={"agent": agent_spec(run.agent)})
+    return Laboratory(bases, runs, jobs, quiet)
+
+
+def _check(laboratory: "Laboratory", size: "Size", folder: Path, number: int) -> None:
+    from crawler_bench.bench.readings_results import check
+
+    again = check(laboratory, folder, size.seeds, number)
+    print_frame(again)
+    if not again["same"].all():
+        raise RuntimeError("not every row gives the score that the table says")
+
+
+def _print_only(laboratory: "Laboratory", size: "Size", folder: Path, names: list[str]) -> None:
+    from crawler_bench.bench.readings import find_reading, readings
+    from crawler_bench.bench.readings_frames import SHOWN, summarize
+    from crawler_bench.bench.readings_results import read_readings
+
+    known = {each.name: each for each in (*read_readings(folder), *readings())}
+    scored = laboratory.run([find_reading(name, tuple(known.values())) for name in names], size.seeds)
+    print_frame(summarize(scored)[SHOWN])
+    for each in scored:
+        console.print(each.reading.name, markup=False)
+        print_frame(each.score.claims[["claim", "paper", "ours", "low", "high", "n", "distance"]])
+
+
+def _study(laboratory: "Laboratory", size: "Size", folder: Path) -> None:
+    from crawler_bench.bench.readings_decision import conduct
+    from crawler_bench.bench.readings_frames import SHOWN
+    from crawler_bench.bench.readings_presets import SMOKE
+    from crawler_bench.bench.readings_results import require_ours, write
+
+    started = time.time()
+    require_ours(folder)
+    study = conduct(laboratory, size.readings(), size)
+    print_frame(write(study, folder, started, teller(laboratory.quiet))[SHOWN].head(20))
+    print_frame(study.confirmation())
+    console.print(f"Written to {folder}: readings.md, figures, tables.", soft_wrap=True)
+    if size is SMOKE:
+        console.print("This was the smoke preset: too small for its scores to mean anything.")
+    failed = [f"{each.reading.name}: {error}" for each in study.scored for error in each.errors]
+    if failed:
+        raise RuntimeError(f"{len(failed)} runs failed; the first: {failed[0]}")

@@ -1,0 +1,92 @@
+"""The commands about single runs: train, evaluate, render."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from crawler_bench.cli.options import RUNS, Quiet, Seeds, Set, agent_spec, agents_package
+from crawler_bench.console import console, notes, print_frame, teller
+
+
+def train(
+    agent: Annotated[str, typer.Argument(help="A registered agent (see `list`) or module:Class.")],
+    config: Annotated[Path | None, typer.Option(help="YAML file; default: the defaults of the code.")] = None,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of agent and environment.")] = 0,
+    seeds: Seeds = None,
+    set_: Set = None,
+    out: Annotated[Path, typer.Option(help="Folder that gets the run's folder.")] = RUNS,
+    quiet: Quiet = False,
+) -> None:
+    """Train one agent, once for each seed; prints the run folders."""
+    from crawler_bench.bench.training import train as train_run
+    from crawler_bench.config import RunConfig, load_experiment, override, parse_assignments, parse_seeds
+
+    if seeds and seed:
+        raise ValueError("--seed and --seeds say the same thing: give one of them")
+    run = load_experiment(config).run if config is not None else RunConfig()
+    spec = agent_spec(agent)
+    if spec != agents_package().agent_spec(run.agent):
+        run = run.model_copy(update={"settings": {}})  # those of the configuration are another agent's
+    run = override(run, {"agent": spec} | parse_assignments(set_ or []), "--set")
+    run = run.model_copy(update={"agent": agent_spec(run.agent)})
+    for each in parse_seeds(seeds) if seeds else (seed,):
+        folder = train_run(run, each, out, progress_bar=notes.is_terminal and not quiet)
+        console.print(str(folder), markup=False, soft_wrap=True)
+
+
+def evaluate(
+    run: Annotated[list[Path], typer.Argument(help="Run folders, as `train` prints them.")],
+    set_: Set = None,
+    out: Annotated[
+        Path | None, typer.Option(help="Also write runs.csv, evaluations.csv and cycles.csv here.")
+    ] = None,
+) -> None:
+    """Measure trained runs: policy table, speed, cycle duration, speed against noise."""
+    from crawler_bench.bench import store, tables
+    from crawler_bench.bench.evaluation import evaluate as evaluate_run
+    from crawler_bench.bench.sweep import Cell, Outcome, read_outcomes
+    from crawler_bench.config import override, parse_assignments
+
+    overrides = {
+        f"evaluation.{key.removeprefix('evaluation.')}": value
+        for key, value in parse_assignments(set_ or []).items()
+    }
+    trained = [store.read_run(folder) for folder in run]
+    outcomes = []
+    for folder, (config, seed) in zip(run, trained, strict=True):
+        changed = override(config, overrides, "--set")
+        cell = Cell(folder.resolve().name, changed, seed)
+        outcomes.append(Outcome(cell, folder.resolve(), evaluate_run(folder, changed.evaluation)))
+    runs, evaluations, cycles = read_outcomes(outcomes)
+    print_frame(runs[["run", "policy", "speed", "speed_moving", "stall_share", "cycle_duration", "cycles"]])
+    noisy = evaluations.pivot_table(index="experiment", columns="noise", values="speed")
+    noisy.columns = [f"s = {noise:g}" for noise in noisy.columns]
+    print_frame(noisy.rename_axis("speed (L/tau) at noise").reset_index())
+    if out is not None:
+        out.mkdir(parents=True, exist_ok=True)
+        for name, frame in (("runs", runs), ("evaluations", evaluations), ("cycles", cycles)):
+            tables.write_csv(frame, out / f"{name}.csv")
+
+
+def render(
+    run: Annotated[Path, typer.Argument(help="A run folder, as `train` prints it.")],
+    out: Annotated[Path | None, typer.Option(help="Where to write; default results/rendered/RUN.")] = None,
+    quiet: Quiet = False,
+) -> None:
+    """Film the gait of a trained run (GIF, MP4) and draw its positions, strains and forces (PNG, SVG)."""
+    from crawler_bench.bench import animation, figures
+    from crawler_bench.bench.evaluation import evaluate as evaluate_run
+    from crawler_bench.bench.evaluation import read_evaluation
+    from crawler_bench.bench.store import read_run
+
+    read_run(run)
+    say = teller(quiet)
+    record = read_evaluation(evaluate_run(run)).gait
+    folder = out or Path("results/rendered") / run.resolve().name
+    folder.mkdir(parents=True, exist_ok=True)
+    figures.save(figures.gait(record, run.resolve().name), folder, "gait")
+    for suffix in (".gif", ".mp4"):
+        say(f"filming gait{suffix}")
+        animation.animate(record, folder / f"gait{suffix}", run.resolve().name)
+    console.print(str(folder), markup=False, soft_wrap=True)
