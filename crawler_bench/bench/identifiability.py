@@ -7,9 +7,11 @@ import pandas as pd
 from scipy import stats as scipy_stats
 
 from crawler_bench.bench import stats
-from crawler_bench.bench.open_fields import FIELDS, Field, word
+from crawler_bench.bench.metrics import ORDERLY
+from crawler_bench.bench.open_fields import FIELDS, GIVEN, REGULARIZATION, Field, word
+from crawler_bench.bench.paper_claims import LOCAL
 from crawler_bench.bench.readings import DEFAULT
-from crawler_bench.bench.readings_study import Scored, noisy_speed
+from crawler_bench.bench.readings_study import REGULARIZED, UNREGULARIZED, Scored, noisy_speed
 from crawler_bench.bench.scoring import GROUPS, TOLERANCE, Score
 
 MOVES = 1.0  # tolerances by which a group's distance changes along a profile that says something
@@ -214,3 +216,31 @@ CONCLUSIONS = {
     "learning pays, regularized": _ordering("learning_pays"),
     "learning pays, unregularized": _ordering("learning_pays_unregularized"),
 }
+
+
+# What a regularized run ends as, by the thresholds of the claims.
+ENDS: dict[str, Callable[[pd.DataFrame], pd.Series]] = {
+    "ends on the diagonal": lambda runs: runs["diagonal_distance"] == 0,
+    "wave from tail to head": lambda runs: runs["wave_order"] > ORDERLY,
+    "localized wave": lambda runs: (runs["wave_order"] > ORDERLY) & (runs["contracted_segments"] < LOCAL),
+}
+
+
+def ends(scored: Sequence[Scored], fields: Sequence[Field] = GIVEN) -> pd.DataFrame:
+    """What the regularized runs end as, along each field; an epsilon of 0 is the unregularized gait.
+
+    Returns:
+        A row a field, value and end: field, value, end, share, low, high, n.
+    """
+    rows = []
+    for field in fields:
+        along = profile(field, scored)
+        chosen = [(each.values[field.key], each, REGULARIZED) for each in along]
+        if field.key == REGULARIZATION:
+            chosen.insert(0, (0.0, along_default(along), UNREGULARIZED))
+        for value, each, experiment in chosen:
+            runs = each.runs[each.runs["experiment"] == experiment]
+            for end, holds in ENDS.items():
+                found = stats.share(holds(runs))
+                rows.append((field.name, value, end, found.value, found.low, found.high, found.n))
+    return pd.DataFrame(rows, columns=["field", "value", "end", "share", "low", "high", "n"])

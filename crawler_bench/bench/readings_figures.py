@@ -9,13 +9,10 @@ from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from crawler_bench.bench import stats
-from crawler_bench.bench.identifiability import group_distances, profile
-from crawler_bench.bench.metrics import ORDERLY
-from crawler_bench.bench.open_fields import FIELDS, GIVEN, NO_LIMIT, REGULARIZATION, Field, word
-from crawler_bench.bench.paper_claims import LOCAL
+from crawler_bench.bench.identifiability import ends, group_distances, profile
+from crawler_bench.bench.open_fields import FIELDS, GIVEN, NO_LIMIT, Field, word
 from crawler_bench.bench.readings import DEFAULT
-from crawler_bench.bench.readings_study import REGULARIZED, Scored
+from crawler_bench.bench.readings_study import Scored
 from crawler_bench.bench.scoring import CAP, CORE, TOLERANCE, group_of
 from crawler_bench.bench.style import BLUE, GREEN, GREY, INK, ORANGE, RED, new_figure, tidy
 
@@ -30,7 +27,7 @@ UNITS = {
     "episode_distance": "episode_distance ($L$)",
     "time_limit": r"time_limit ($\tau_\theta$)",
     "learning_rate": r"$\alpha$",
-    "discount": r"$1-\gamma$",
+    "discount": r"$\gamma$",
     "n_segments": "segments $N$",
     "regularization": r"$\epsilon$",
 }
@@ -42,7 +39,7 @@ def all_figures(scored: Sequence[Scored]) -> dict[str, Figure]:
     return {
         "profiles": profiles(scored),
         "distances": distances(scored),
-        "conclusion": conclusion(scored),
+        "conclusion": conclusion(ends(scored)),
         "strength": strength(scored),
     }
 
@@ -106,8 +103,6 @@ def _draw_point(axes: Axes, x: float, each: Scored, *, sourced: bool) -> None:
 def _place(field: Field, each: Scored) -> float:
     """Where a value stands on a logarithmic axis."""
     value = float(str(each.values[field.key]))
-    if field.name == "discount":
-        return 1 - value
     if field.name == "dt" and each.values["parameters.integrator"] == "exact":
         return 0.0025  # the limit of small steps
     return 8000.0 if value == NO_LIMIT else value
@@ -116,8 +111,7 @@ def _place(field: Field, each: Scored) -> float:
 def _tick(field: Field, each: Scored) -> str:
     if field.name == "dt" and each.values["parameters.integrator"] == "exact":
         return "exact"
-    value = each.values[field.key]
-    return f"{1 - float(str(value)):g}" if field.name == "discount" else word(value)
+    return word(each.values[field.key])
 
 
 def _draw_choices(axes: Axes, scored: Sequence[Scored]) -> None:
@@ -170,68 +164,44 @@ def distances(scored: Sequence[Scored]) -> Figure:
     return figure
 
 
-def _is_diagonal(distance: pd.Series) -> pd.Series:
-    return distance == 0
+LOOKS = {
+    "ends on the diagonal": (RED, "o"),
+    "wave from tail to head": (BLUE, "s"),
+    "localized wave": (GREEN, "^"),
+}  # fmt: skip
 
 
-def _is_wave(order: pd.Series) -> pd.Series:
-    return order > ORDERLY
+def conclusion(shares: pd.DataFrame) -> Figure:
+    """Share of regularized runs that end as the paper says, against what the paper does give.
 
-
-def _is_local(contracted: pd.Series) -> pd.Series:
-    return contracted < LOCAL
-
-
-SHARES = (
-    ("ends on the diagonal", RED, "o", "diagonal_distance", _is_diagonal),
-    ("wave from tail to head", BLUE, "s", "wave_order", _is_wave),
-    ("localized wave", GREEN, "^", "contracted_segments", _is_local),
-)  # fmt: skip
-
-
-def conclusion(scored: Sequence[Scored]) -> Figure:
-    """Share of regularized runs that end as the paper says, against what the paper does give."""
-    figure = new_figure(10.5, 6.6, "Does the paper's conclusion depend on what it gives?")
+    Args:
+        shares: what `crawler_bench.bench.identifiability.ends` returns.
+    """
+    figure = new_figure(10.5, 6.8, "Does the paper's conclusion depend on what it gives?")
     panels = figure.subplots(2, 2, sharey=True)
-    for axes, field in zip(panels.flat, (GIVEN[3], GIVEN[0], GIVEN[1], GIVEN[2]), strict=True):
-        along = profile(field, scored)
-        points = [(_place(field, each), _tick(field, each), _of(each, REGULARIZED)) for each in along]
-        if field.key == REGULARIZATION:
-            default = next(each for each in along if each.reading.name == DEFAULT.name)
-            points.append((2.5e-4, "0", _of(default, "unregularized")))
-        _draw_shares(axes, sorted(points, key=lambda point: point[0]))
-        axes.set_xlabel(UNITS[field.name])
-        axes.axvline(
-            _place(field, next(e for e in along if e.reading.name == DEFAULT.name)), color=GREY, ls=":", lw=1
-        )
+    for axes, field in zip(panels.flat, (GIVEN[3], *GIVEN[:3]), strict=True):
+        _draw_shares(axes, field, shares[shares["field"] == field.name])
     for axes in panels[:, 0]:
-        axes.set_ylabel("share of regularized runs")
+        axes.set_ylabel("share of training runs")
     panels[0, 0].set_ylim(-0.03, 1.03)
-    figure.legend(
-        *panels[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=4, frameon=False
-    )
+    handles, labels = panels[0, 0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside lower center", ncols=4, frameon=False)
     return figure
 
 
-def _of(each: Scored, experiment: str) -> pd.DataFrame:
-    runs: pd.DataFrame = each.runs[each.runs["experiment"] == experiment]
-    return runs
-
-
-def _draw_shares(axes: Axes, points: Sequence[tuple[float, str, pd.DataFrame]]) -> None:
-    x = np.array([point[0] for point in points])
-    for shift, (label, colour, marker, column, holds) in zip((0.97, 1.0, 1.03), SHARES, strict=True):
-        found = [stats.share(holds(runs[column])) for _, _, runs in points]
-        values = np.array([each.value for each in found])
-        bars = np.clip(
-            [values - [each.low for each in found], [each.high for each in found] - values], 0, None
-        )
-        axes.errorbar(
-            x * shift, values, yerr=bars, color=colour, marker=marker, capsize=2, lw=1.2, label=label
-        )
-    axes.set_xscale("log")
-    axes.set_xticks(x, [point[1] for point in points], fontsize=8)
-    axes.minorticks_off()
+def _draw_shares(axes: Axes, field: Field, shares: pd.DataFrame) -> None:
+    values = np.sort(shares["value"].unique())
+    place = np.arange(values.size)  # one after another: the values are chosen to be of equal interest
+    for shift, (end, (colour, marker)) in zip((-0.08, 0.0, 0.08), LOOKS.items(), strict=True):
+        row = shares[shares["end"] == end].set_index("value").loc[values]
+        bars = np.clip([row["share"] - row["low"], row["high"] - row["share"]], 0, None)
+        axes.errorbar(place + shift, row["share"], yerr=bars, color=colour, marker=marker, capsize=2, lw=1.2,
+                      label=end)  # fmt: skip
+    axes.set_xticks(place, [f"{value:g}" for value in values], fontsize=9)
+    papers = [i for i, value in enumerate(values) if field.is_sourced(float(value))]
+    for at in papers:
+        axes.axvline(float(place[at]), color=GREY, ls=":", lw=1, label="the paper's value")
+    axes.set_xlabel(UNITS[field.name])
     axes.spines[["top", "right"]].set_visible(False)
 
 

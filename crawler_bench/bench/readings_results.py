@@ -34,6 +34,7 @@ def write(study: Study, folder: Path, started: float, say: Callable[[str], None]
             "fields": identifiability.profiles(study.scored, FIELDS),
             "given": identifiability.profiles(study.scored, GIVEN),
             "telling": identifiability.telling(study.scored),
+            "ends": identifiability.ends(study.scored),
             "conclusions": identifiability.conclusions(study.scored),
             "confirmation": study.confirmation(),
             "confirmation_claims": claims_of(study.confirmed),

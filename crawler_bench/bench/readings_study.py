@@ -15,7 +15,7 @@ from crawler_bench.bench.sweep import Cell, Outcome, read_outcomes, run_cells
 from crawler_bench.config import RunConfig
 
 EXPERIMENTS = ("regularized", "unregularized", "untrained")
-REGULARIZED = EXPERIMENTS[0]
+REGULARIZED, UNREGULARIZED = EXPERIMENTS[:2]
 
 
 @dataclass(frozen=True)

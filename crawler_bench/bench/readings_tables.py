@@ -8,7 +8,7 @@ import pandas as pd
 
 from crawler_bench.bench.claims import Verdict
 from crawler_bench.bench.readings import DEFAULT
-from crawler_bench.bench.scoring import CORE, GROUPS
+from crawler_bench.bench.scoring import CORE, GROUPS, SHARE_FULL
 
 HEAD = 12  # readings of the ranking that the documentation shows, beside the named ones
 NAMED = (DEFAULT.name, "literal")
@@ -90,6 +90,7 @@ def blocks(results: Path, short: Short) -> dict[str, Callable[[], str]]:
             "field": "field", "tried": "tried alone", "lowest": "lowest score", "best": "at",
             "highest": "highest score", "tolerated": "within tolerance",
         }),
+        "readings epsilon": lambda: _epsilon(read("ends"), short),
         "readings literal": lambda: _failures(read("claims"), "literal", short),
         "readings confirmation": lambda: _confirmation(read("confirmation"), short),
         "readings telling": lambda: table("telling", {
@@ -183,3 +184,15 @@ def _conclusions(frame: pd.DataFrame) -> str:
     wide = wide.loc[frame["conclusion"].unique(), list(counts.index)]
     wide.columns = [f"{name} ({counts[name]})" for name in wide.columns]
     return to_markdown(wide.reset_index())
+
+
+def _epsilon(ends: pd.DataFrame, short: Short) -> str:
+    """From which epsilon on the runs end as the paper says."""
+    along = ends[ends["field"] == "regularization"]
+    sentences = []
+    for end, rows in along.groupby("end", sort=False):
+        enough = rows[rows["share"] >= SHARE_FULL]["value"].map(short)
+        where = f"at epsilon = {', '.join(enough)}" if len(enough) else "at no epsilon"
+        sentences.append(f"*{end}*: in at least {SHARE_FULL:.0%} of the runs {where}")
+    tried = ", ".join(along["value"].drop_duplicates().map(short))
+    return f"Of epsilon = {tried}, {along['n'].max()} runs each: {'; '.join(sentences)}."
