@@ -64,7 +64,7 @@ FIELDS = (
     Field("parameters.decision_interval", '"Delta t is the size of the discrete time step (Table S1)": 0.01',
           {PRINTED_STEP: "Table S1"}, (PRINTED_STEP, 0.05, 0.1, 0.3, 0.4, 0.5, 1.0), continuous=True),
     Field("parameters.dt", '"scaled discrete timestep 0.01" (Table S1), in implicit Euler steps instead of exactly',
-          {PRINTED_STEP: "Table S1"}, (0.005, PRINTED_STEP, 0.02, 0.05)),
+          {PRINTED_STEP: "Table S1"}, (PRINTED_STEP, 0.02, 0.05)),
     Field("settings.initial_q", '"a Q-matrix of values that are uniform and high"', {},
           (0.02, 0.05, 0.1, 0.4, 1.0, 2.0), continuous=True),
     Field("environment.episode_distance", '"each episode corresponds to the crawler moving a fixed distance forward"',

@@ -102,7 +102,7 @@ def _repairs() -> list[Reading]:
     """From the literal reading to the default, one change after another."""
     left = dict(LITERAL)
     steps = [Reading("literal", "literal", dict(left))]
-    for number, key in enumerate(list(left)[:-1], 1):
+    for number, key in enumerate(list(left)[:-2], 1):  # without the last two it is `tau_f=1`
         del left[key]
         steps.append(Reading(f"literal-repaired-{number}-{key.rpartition('.')[2]}", "repairs", dict(left)))
     return steps
@@ -118,6 +118,7 @@ def _sourced() -> list[Reading]:
             {**printed, "parameters.tau_f": tau_f, "parameters.spike_phase": phase},
         )
         for tau_f, phase in itertools.product((1.0, 0.4), ("pi", "2pi"))
+        if (tau_f, phase) != (1.0, "pi")  # the third repair of the literal reading is this one
     ]
 
 

@@ -115,9 +115,9 @@ def _head(readings: pd.DataFrame) -> pd.DataFrame:
 
 def _summary(readings: pd.DataFrame, confirmation: pd.DataFrame, short: Short) -> str:
     rows = readings.set_index("reading")
-    open_ones = readings[readings["family"] != "given"]
-    sourced = readings[readings["family"].isin(["sourced", "literal"])]
     default, literal = rows.loc[DEFAULT.name], rows.loc["literal"]
+    open_ones = readings[readings["family"] != "given"]
+    sourced = readings[readings["free"] == literal["free"]]
     replaced = confirmation[confirmation["replaces"].astype(str) == "True"]
     decision = (
         f"By the rule, {replaced.iloc[0]['reading']} would replace the default."
