@@ -29,7 +29,7 @@ def profile(field: Field, scored: Sequence[Scored]) -> list[Scored]:
     """The default and the readings that change this field alone, in the order of its values."""
     alone = [each for each in scored if _is_alone(each, field)]
     values = [each.values[field.key] for each in alone]
-    if all(isinstance(value, int | float) for value in values):
+    if all(isinstance(value, int | float) and not isinstance(value, bool) for value in values):
         alone.sort(key=lambda each: float(str(each.values[field.key])))
     return alone
 

@@ -64,7 +64,7 @@ FIELDS = (
     Field("parameters.decision_interval", '"Delta t is the size of the discrete time step (Table S1)": 0.01',
           {PRINTED_STEP: "Table S1"}, (PRINTED_STEP, 0.05, 0.1, 0.3, 0.4, 0.5, 1.0), continuous=True),
     Field("parameters.dt", '"scaled discrete timestep 0.01" (Table S1), in implicit Euler steps instead of exactly',
-          {PRINTED_STEP: "Table S1"}, (PRINTED_STEP, 0.02, 0.05)),
+          {PRINTED_STEP: "Table S1"}, (PRINTED_STEP, 0.05)),
     Field("settings.initial_q", '"a Q-matrix of values that are uniform and high"', {},
           (0.02, 0.05, 0.1, 0.4, 1.0, 2.0), continuous=True),
     Field("environment.episode_distance", '"each episode corresponds to the crawler moving a fixed distance forward"',
@@ -81,7 +81,7 @@ GIVEN = (
           (0.01, 0.02, 0.1, 0.2)),
     Field("settings.discount", '"most reasonable choices for these will converge"', {0.95: "Formulation"},
           (0.8, 0.9, 0.98, 0.99)),
-    Field("parameters.n_segments", '"which has 10 segments"', {10: "Fig. 1"}, (6, 8, 12, 16, 20)),
+    Field("parameters.n_segments", '"which has 10 segments"', {10: "Fig. 1"}, (6, 8, 14, 20)),
     Field(REGULARIZATION, '"the regularization parameter epsilon = 0.01"', {0.01: "Results"},
           (0.0005, 0.001, 0.002, 0.005, 0.02, 0.05, 0.1)),
 )  # fmt: skip

@@ -207,9 +207,9 @@ def _draw_shares(axes: Axes, field: Field, shares: pd.DataFrame) -> None:
 
 def strength(scored: Sequence[Scored]) -> Figure:
     """Score of every reading of two numbers that only their product fixes: neuron_rate and spike_gain."""
-    figure = new_figure(7.5, 5.6, "What fixes the gait is a product")
+    figure = new_figure(7.5, 5.6, "How the strength of a muscle is split")
     axes = figure.add_subplot()
-    tidy(axes, "All readings by the two factors of a muscle's strength; numbers: the product")
+    tidy(axes, "Every reading by the two factors; dashed: the same product")
     shown = [
         each for each in scored if each.reading.family in ("default", "alone", "pairs", "sparse", "search")
     ]
@@ -228,7 +228,7 @@ def strength(scored: Sequence[Scored]) -> Figure:
     grid = np.geomspace(0.8, 7, 60)
     for product in (2, 4, 6):
         axes.plot(grid, product / grid, color=GREY, lw=0.8, ls="--")
-        axes.annotate(str(product), (product / 0.86, 0.86), color=INK, fontsize=8)
+        axes.annotate(f"{product}", (1.02, product * 1.02), color=INK, fontsize=8)
     axes.set(xscale="log", yscale="log", xlim=(0.85, 6.8), ylim=(0.75, 6.8))
     ticks = [1, 1.5, 2, 3, 4, 6]
     axes.set_xticks(ticks, [f"{t:g}" for t in ticks])

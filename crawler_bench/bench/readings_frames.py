@@ -22,7 +22,7 @@ OF_RUNS = (
 
 
 def summarize(scored: Sequence[Scored]) -> pd.DataFrame:
-    """A row a reading, in the order of their ranks.
+    """A row a reading, in the order of their ranks; variations of what the paper gives follow without one.
 
     Returns:
         rank, reading, family, score, low, high, within, core_failures, free, free_constants, n, failed,
@@ -40,8 +40,12 @@ def summarize(scored: Sequence[Scored]) -> pd.DataFrame:
             "changes": json.dumps(dict(each.reading.changes)),
             **{field.name: each.values[field.key] for field in (*FIELDS, *GIVEN)},
         })  # fmt: skip
-    ranked = rank(pd.DataFrame(rows))
-    return ranked[["rank", *(name for name in ranked if name != "rank")]]
+    frame = pd.DataFrame(rows)
+    given = frame["family"] == "given"
+    ranked = rank(frame[~given])
+    unranked = frame[given].sort_values("score", kind="stable")
+    both = pd.concat([ranked, unranked], ignore_index=True).astype({"rank": "Int64"})
+    return both[["rank", *(name for name in both if name != "rank")]]
 
 
 def read_reading(row: dict[str, object]) -> Reading:

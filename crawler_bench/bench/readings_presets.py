@@ -40,7 +40,7 @@ class Size:
 FULL = Size(
     seeds=tuple(range(5)),
     fresh=tuple(range(100, 110)),
-    trials=40,
+    trials=32,
     names=(),
     overrides={"evaluation.starts": 6, "evaluation.noise": [0.0, 0.025, 0.05, 0.1, 0.2]},
 )

@@ -72,15 +72,8 @@ class Laboratory:
         for name, cells in needed.items():
             for cell in cells:
                 unique.setdefault(_key(cell), replace(cell, experiment=f"{name} {cell.experiment}"))
-        # The longest first, so that no process is left alone with one in the end.
-        ordered = sorted(unique, key=lambda key: -unique[key].config.decisions)
-        outcomes = dict(
-            zip(
-                ordered,
-                run_cells([unique[key] for key in ordered], self.root, jobs=self.jobs, quiet=self.quiet),
-                strict=True,
-            )
-        )
+        found = run_cells(list(unique.values()), self.root, jobs=self.jobs, quiet=self.quiet)
+        outcomes = dict(zip(unique, found, strict=True))
         tasks = [
             delayed(_score)(
                 reading,

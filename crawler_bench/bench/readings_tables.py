@@ -19,7 +19,7 @@ Short = Callable[[object], str]
 def ranking(readings: pd.DataFrame, short: Short) -> pd.DataFrame:
     """All readings in short: rank, free constants, score with its interval, n, within, failed core claims."""
     return pd.DataFrame({
-        "rank": readings["rank"],
+        "rank": readings["rank"].map(short),
         "reading": list(map(described, readings["reading"], readings["family"], readings["changes"])),
         "free constants": readings["free"],
         "score": [
@@ -128,9 +128,9 @@ def _summary(readings: pd.DataFrame, confirmation: pd.DataFrame, short: Short) -
     between = f"{short(default['low'])} .. {short(default['high'])}"
     return (
         f"{len(readings)} readings of {seeds} paired training runs each, {len(GROUPS)} groups of claims. "
-        f"Of the {len(open_ones)} that vary what the paper leaves open, {within} are within tolerance. The "
-        f"default is number {default['rank']} with a score of {short(default['score'])} ({between}) and "
-        f"{default['free']} free constants, the literal reading number {literal['rank']} with "
+        f"Of the {len(open_ones)} that vary what the paper leaves open, {within} are within tolerance. "
+        f"The default is number {short(default['rank'])} scoring {short(default['score'])} ({between}) "
+        f"and {default['free']} free constants, the literal reading number {short(literal['rank'])} with "
         f"{short(literal['score'])} and {literal['free']}. Of the {len(sourced)} readings without a free "
         f"constant of the body the best has {short(sourced['score'].min())}. {decision}"
     )
