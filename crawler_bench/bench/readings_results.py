@@ -38,7 +38,7 @@ def write(study: Study, folder: Path, started: float, say: Callable[[str], None]
             "conclusions": identifiability.conclusions(study.scored),
             "confirmation": study.confirmation(),
             "confirmation_claims": claims_of(study.confirmed),
-            "rules": rescored(readings, claims_of(study.scored)),
+            "rules": rescored(readings[readings["rank"].notna()], claims_of(study.scored)),
         }
         for name, frame in frames.items():
             tables.write_csv(frame, draft / f"{name}.csv")

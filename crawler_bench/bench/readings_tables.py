@@ -8,7 +8,7 @@ import pandas as pd
 
 from crawler_bench.bench.claims import Verdict
 from crawler_bench.bench.readings import DEFAULT
-from crawler_bench.bench.scoring import CORE, GROUPS, SHARE_FULL
+from crawler_bench.bench.scoring import GROUPS, SHARE_FULL
 
 HEAD = 12  # readings of the ranking that the documentation shows, beside the named ones
 NAMED = (DEFAULT.name, "literal")
@@ -91,7 +91,7 @@ def blocks(results: Path, short: Short) -> dict[str, Callable[[], str]]:
             "highest": "highest score", "tolerated": "within tolerance",
         }),
         "readings epsilon": lambda: _epsilon(read("ends"), short),
-        "readings literal": lambda: _failures(read("claims"), "literal", short),
+        "readings literal": lambda: _record(read("claims"), "literal"),
         "readings confirmation": lambda: _confirmation(read("confirmation"), short),
         "readings telling": lambda: table("telling", {
             "quantity": "quantity", "figure": "in the paper's", "low": "5 % of readings below",
@@ -140,19 +140,21 @@ def _true(column: pd.Series) -> pd.Series:
     return column.astype(str) == "True"
 
 
-def _failures(claims: pd.DataFrame, reading: str, short: Short) -> str:
-    """What a reading gets wrong."""
+def _record(claims: pd.DataFrame, reading: str) -> str:
+    """Which claims a reading meets."""
     rows = claims[claims["reading"] == reading]
-    failing = rows[rows["verdict"].isin([Verdict.NOT.value, Verdict.MISSING.value])]
-    words = [f"{row.claim} ({row.verdict})" for row in failing.itertuples()]
     counts = rows["verdict"].value_counts()
-    told = ", ".join(
-        f"{counts[verdict.value]} {verdict.value}" for verdict in Verdict if verdict.value in counts
-    )
-    core = [name for name in CORE if name in set(failing["claim"])]
-    return (
-        f"{len(rows)} claims: {told}. Failing: {', '.join(words)}. Core claims among them: {', '.join(core)}."
-    )
+    told = ", ".join(f"{counts[each.value]} {each.value}" for each in Verdict if each.value in counts)
+    named = {
+        words: ", ".join(rows[rows["verdict"] == verdict.value]["claim"]) or "none"
+        for words, verdict in (
+            ("Reproduced", Verdict.REPRODUCED),
+            ("not", Verdict.NOT),
+            ("without data", Verdict.MISSING),
+        )
+    }
+    listed = "; ".join(f"{words}: {claims}" for words, claims in named.items())
+    return f"{len(rows)} claims: {told}. {listed}."
 
 
 def _confirmation(frame: pd.DataFrame, short: Short) -> str:
@@ -176,7 +178,7 @@ def _confirmation(frame: pd.DataFrame, short: Short) -> str:
 
 def _conclusions(frame: pd.DataFrame) -> str:
     def cell(row: pd.Series) -> str:
-        return f"{float(row['holds']):.0%} ({float(row['firmly']):.0%})"
+        return f"{float(row['holds']):.0%} ({float(row['firmly']):.0%})" if row["readings"] else "-"
 
     counts = frame.groupby("population", sort=False)["readings"].first()
     frame = frame.assign(cell=frame.apply(cell, axis=1))

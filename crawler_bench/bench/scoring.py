@@ -258,7 +258,7 @@ def rescored(readings: pd.DataFrame, claims: pd.DataFrame) -> pd.DataFrame:
     Returns:
         rule, rho (rank correlation of its scores with ours), default_rank (by that score), best (reading).
     """
-    counted = claims[claims["distance"].notna()]
+    counted = claims[claims["distance"].notna() & claims["reading"].isin(readings["reading"])]
     clipped = counted.assign(low_cap=counted["distance"].clip(upper=2.0), any_miss=counted["distance"] > 1.0)
     by_group = clipped.groupby(["reading", "group"])
     by_claim = clipped.groupby("reading")
