@@ -30,8 +30,18 @@ def profile(field: Field, scored: Sequence[Scored]) -> list[Scored]:
     alone = [each for each in scored if _is_alone(each, field)]
     values = [each.values[field.key] for each in alone]
     if all(isinstance(value, int | float) and not isinstance(value, bool) for value in values):
-        alone.sort(key=lambda each: float(str(each.values[field.key])))
+        alone.sort(key=lambda each: (0 if _is_exact(field, each) else 1, float(str(each.values[field.key]))))
     return alone
+
+
+def value_word(field: Field, each: Scored) -> str:
+    """The value that a reading has for a field, in short."""
+    return "exact" if _is_exact(field, each) else word(each.values[field.key])
+
+
+def _is_exact(field: Field, each: Scored) -> bool:
+    """Whether a step of dt is asked for where none is taken."""
+    return field.name == "dt" and each.values["parameters.integrator"] == "exact"
 
 
 def _is_alone(each: Scored, field: Field) -> bool:
@@ -60,9 +70,9 @@ def profiles(scored: Sequence[Scored], fields: Sequence[Field] = FIELDS) -> pd.D
         rows.append({
             "field": field.name, "words": field.words,
             "sourced": ", ".join(f"{word(value)} ({where})" for value, where in field.sourced.items()),
-            "default": word(along_default(along).values[field.key]),
+            "default": value_word(field, along_default(along)),
             "tried": _words(along, field), "lowest": best.score.value,
-            "highest": max(each.score.value for each in along), "best": word(best.values[field.key]),
+            "highest": max(each.score.value for each in along), "best": value_word(field, best),
             "tolerated": _words([each for each in along if each.score.within], field),
             "not_worse": _words([each for each in along if not firmly_better(best, each)], field),
             "moved": ", ".join(swing[swing >= MOVES].sort_values(ascending=False, kind="stable").index),
@@ -81,7 +91,7 @@ def firmly_better(one: Scored, other: Scored) -> bool:
 
 
 def _words(along: Sequence[Scored], field: Field) -> str:
-    return ", ".join(word(each.values[field.key]) for each in along)
+    return ", ".join(value_word(field, each) for each in along)
 
 
 def indistinct(scored: Sequence[Scored]) -> tuple[int, int, list[str]]:

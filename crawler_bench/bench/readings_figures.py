@@ -9,8 +9,8 @@ from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from crawler_bench.bench.identifiability import ends, group_distances, profile
-from crawler_bench.bench.open_fields import FIELDS, GIVEN, NO_LIMIT, Field, word
+from crawler_bench.bench.identifiability import ends, group_distances, profile, value_word
+from crawler_bench.bench.open_fields import FIELDS, GIVEN, Field
 from crawler_bench.bench.readings import DEFAULT
 from crawler_bench.bench.readings_study import Scored
 from crawler_bench.bench.scoring import CAP, CORE, TOLERANCE, group_of
@@ -74,18 +74,17 @@ def _explain(axes: Axes) -> None:
 
 
 def _draw_profile(axes: Axes, field: Field, along: Sequence[Scored]) -> None:
-    x = np.array([_place(field, each) for each in along])
-    order = np.argsort(x, kind="stable")
-    axes.plot(x[order], [along[i].score.value for i in order], color=BLUE, lw=1)
-    for at, each in zip(x, along, strict=True):
-        sourced = field.name != "dt" or each.values["parameters.integrator"] == "step"
-        _draw_point(axes, at, each, sourced=sourced and field.is_sourced(each.values[field.key]))
-    default = next(each for each in along if each.reading.name == DEFAULT.name)
-    axes.axvline(_place(field, default), color=GREY, ls=":", lw=1)
+    """Values in their order, one after another: they crowd on any scale."""
+    place = range(len(along))
+    axes.plot(place, [each.score.value for each in along], color=BLUE, lw=1)
+    for at, each in zip(place, along, strict=True):
+        exact = field.name == "dt" and each.values["parameters.integrator"] == "exact"
+        _draw_point(axes, at, each, sourced=not exact and field.is_sourced(each.values[field.key]))
+        if each.reading.name == DEFAULT.name:
+            axes.axvline(at, color=GREY, ls=":", lw=1)
     axes.axhline(TOLERANCE, color=GREEN, ls="--", lw=1)
-    axes.set_xscale("log")
-    axes.set_xticks(x, [_tick(field, each) for each in along], fontsize=8)
-    axes.minorticks_off()
+    axes.set_xticks(place, [value_word(field, each) for each in along], fontsize=8)
+    axes.set_xlim(-0.5, len(along) - 0.5)
     axes.set_xlabel(UNITS[field.name])
     axes.spines[["top", "right"]].set_visible(False)
 
@@ -98,20 +97,6 @@ def _draw_point(axes: Axes, x: float, each: Scored, *, sourced: bool) -> None:
     )
     if sourced:
         axes.plot(x, each.score.value, marker="s", ms=11, mfc="none", color=ORANGE, mew=1.4)
-
-
-def _place(field: Field, each: Scored) -> float:
-    """Where a value stands on a logarithmic axis."""
-    value = float(str(each.values[field.key]))
-    if field.name == "dt" and each.values["parameters.integrator"] == "exact":
-        return 0.0025  # the limit of small steps
-    return 8000.0 if value == NO_LIMIT else value
-
-
-def _tick(field: Field, each: Scored) -> str:
-    if field.name == "dt" and each.values["parameters.integrator"] == "exact":
-        return "exact"
-    return word(each.values[field.key])
 
 
 def _draw_choices(axes: Axes, scored: Sequence[Scored]) -> None:

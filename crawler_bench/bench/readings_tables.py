@@ -26,7 +26,7 @@ def ranking(readings: pd.DataFrame, short: Short) -> pd.DataFrame:
             f"{short(row.score)} ({short(row.low)} .. {short(row.high)})" for row in readings.itertuples()
         ],
         "n": readings["n"],
-        "within tolerance": ["yes" if within else "no" for within in readings["within"]],
+        "within tolerance": ["yes" if each else "no" for each in _true(readings["within"])],
         "core claims failed": readings["core_failures"].fillna("").str.replace(" ", ", "),
     })  # fmt: skip
 
@@ -108,7 +108,7 @@ def blocks(results: Path, short: Short) -> dict[str, Callable[[], str]]:
 
 
 def _head(readings: pd.DataFrame) -> pd.DataFrame:
-    chosen = (readings["rank"] <= HEAD) | readings["reading"].isin(NAMED)
+    chosen = (pd.to_numeric(readings["rank"]) <= HEAD) | readings["reading"].isin(NAMED)
     head: pd.DataFrame = readings[chosen]
     return head
 
