@@ -149,7 +149,7 @@ def _compare_runs(row: "pd.Series[Any]", new: "pd.Series[Any]", runs: pd.DataFra
     same = (runs[["agent", "mode", "regularization"]] == row[["agent", "mode", "regularization"]]).all(axis=1)
     rows = []
     for name in runs.columns:
-        if name in KEY or name not in new or not np.issubdtype(runs[name].dtype, np.number):
+        if name in KEY or name not in new or not pd.api.types.is_numeric_dtype(runs[name]):
             continue
         low, high = runs.loc[same, name].min(), runs.loc[same, name].max()
         verdict = _verdict(row[name], new[name], low, high)
