@@ -6,7 +6,7 @@ it at T = 0 is then looked up in the body.
 
 A neuron that stays ON brings the body to rest, and dry friction holds what earlier neurons have contracted.
 If the segment that is most contracted then is the one whose observation turned that neuron ON, nothing will
-ever change again: observation and action are a trap. In the default body about 40 of the 100 pairs are traps,
+ever change again: observation and action are a trap. In the default body about 45 of the 100 pairs are traps,
 at least two at every observation, so a table with one action for each of ten observations nearly always has
 some, and once it has come to one it stays. The wave, action = observation, holds none: neuron o moves the
 contraction from segment o on to o - 1. A policy that draws its actions leaves a trap by its next other draws.
