@@ -4,9 +4,12 @@ import json
 import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
+from numpy.typing import NDArray
 
 from crawler_bench.bench import benchmark_figures, figures, store, tables
 from crawler_bench.bench.benchmark import KEY, Benchmark
@@ -16,12 +19,15 @@ from crawler_bench.bench.pairwise import compare
 from crawler_bench.bench.policy_files import Policy, write_policy
 from crawler_bench.bench.record import Record
 from crawler_bench.bench.remake import Hasher
-from crawler_bench.bench.softening import speed_against_temperature
+from crawler_bench.bench.softening import speed_against_temperature, stuck_observations, traps
 from crawler_bench.bench.summary import summarize_benchmark
 from crawler_bench.bench.sweep import Outcome
 from crawler_bench.bench.training import agent_file
 from crawler_bench.config import Experiment, to_yaml
 
+Array = NDArray[np.float64]
+
+EXPLAINED_STARTS = 4
 EVALUATED = [*KEY, "noise", "start", "speed", "reward", "stalled"]  # what evaluations.csv keeps of a start
 
 
@@ -42,7 +48,9 @@ def write_benchmark(
     with store.replace(folder) as draft:
         started = time.time()
         hasher = Hasher({entry.name: entry for entry in entries})
-        frames = _frames(found, hasher)
+        say("measuring what softer and harder policies do")
+        explained, shares = _explain(found, entries)
+        frames = _frames(found, hasher) | explained
         for name, frame in frames.items():
             tables.write_csv(frame, draft / f"{name}.csv")
         write_tables(frames["summary"], frames["pairs"], frames["runs"], draft)
@@ -50,7 +58,7 @@ def write_benchmark(
         shown = _representatives(found)
         _write_policies(found, shown, draft / "policies")
         say("drawing the figures")
-        for name, figure in _figures(found, frames, shown).items():
+        for name, figure in _figures(found, explained, shares, shown).items():
             figures.save(figure, draft, name)
         cost = _cost(found)
         store.write_command(draft)
@@ -109,10 +117,10 @@ Key = tuple[str, str, float]  # agent, mode, regularization
 def _representatives(found: Benchmark) -> dict[Key, Outcome]:
     """For every agent, mode and regularization the run in the middle by reward."""
     shown = {}
-    for key, rows in found.runs.groupby(["agent", "mode", "regularization"]):
+    groups: Any = found.runs.groupby(["agent", "mode", "regularization"])
+    for (agent, mode, regularization), rows in groups:
         ranked = rows.sort_values(["reward", "seed"])
         seed = int(ranked.iloc[(len(ranked) - 1) // 2]["seed"])
-        agent, mode, regularization = (str(key[0]), str(key[1]), float(key[2]))
         for outcome in (each for outcomes in found.outcomes.values() for each in outcomes):
             cell = outcome.cell
             same = (cell.experiment, cell.config.environment.regularization, cell.seed)
@@ -151,15 +159,29 @@ def _write_policies(found: Benchmark, shown: dict[Key, Outcome], folder: Path) -
         write_policy(policy, path, agent_file(outcome.folder))
 
 
+def _explain(found: Benchmark, entries: Sequence[Experiment]) -> tuple[dict[str, pd.DataFrame], Array]:
+    """Why policies stand still: speed of each policy made softer and harder, and its traps, as frames.
+
+    The crawler is that of the first entry; the starts are a few of the evaluation's.
+    """
+    run = entries[0].run
+    few = run.evaluation.model_copy(update={"starts": min(run.evaluation.starts, EXPLAINED_STARTS)})
+    shares = traps(run.parameters, few)
+    frames = {
+        "softening": speed_against_temperature(found.tables, run.parameters, few),
+        "stuck": stuck_observations(found.tables, shares),
+    }
+    return frames, shares
+
+
 def _figures(
-    found: Benchmark, frames: dict[str, pd.DataFrame], shown: dict[Key, Outcome]
+    found: Benchmark, explained: dict[str, pd.DataFrame], shares: Array, shown: dict[Key, Outcome]
 ) -> dict[str, Figure]:
     """All figures by file name."""
     gaits: dict[str, Record] = {}
     for (agent, mode, regularization), outcome in shown.items():
         if regularization == max(key[2] for key in shown) and outcome.evaluation is not None:
             gaits[f"{agent}, {mode}"] = read_evaluation(outcome.evaluation).gait
-    del frames
     return {
         "speeds": benchmark_figures.speeds(found.runs),
         "cycle_durations": benchmark_figures.cycle_durations(found.cycles, found.runs),
@@ -167,25 +189,30 @@ def _figures(
         "learning_curves": benchmark_figures.learning_curves(found.curves),
         "policies": benchmark_figures.policy_matrices(found.tables, found.runs),
         "gaits": benchmark_figures.gaits(gaits),
+        "softening": benchmark_figures.softening(explained["softening"], explained["stuck"]),
+        "traps": benchmark_figures.trap_matrix(shares),
     }
 
 
 def _cost(found: Benchmark) -> dict[str, dict[str, float]]:
-    """Seconds of one core that training and evaluating a run took, mean over the runs of each agent."""
-    seconds: dict[str, dict[str, list[float]]] = {}
+    """Runs of each agent, and seconds of one core that training and evaluating one took on average."""
+    seconds: dict[str, dict[str, dict[Path, float]]] = {}
     for outcome in (each for outcomes in found.outcomes.values() for each in outcomes):
         if outcome.folder is None or outcome.evaluation is None:
             continue
-        mine = seconds.setdefault(outcome.cell.experiment, {"training": [], "evaluation": []})
+        mine = seconds.setdefault(outcome.cell.experiment, {"training": {}, "evaluation": {}})
         for part, place in (("training", outcome.folder), ("evaluation", outcome.evaluation)):
             manifest = json.loads((place / store.MANIFEST).read_text())
-            mine[part].append(float(manifest["wall_clock_seconds"]))
-    return {
-        agent: {part: round(sum(each) / len(each), 1) for part, each in parts.items()}
-        | {"runs": len(parts["training"])}
-        for agent, parts in seconds.items()
-    }
+            mine[part][place] = float(manifest["wall_clock_seconds"])
+    cost: dict[str, dict[str, float]] = {}
+    for agent, parts in seconds.items():
+        runs = len(parts["training"])
+        cost[agent] = {"runs": runs} | {
+            part: round(sum(each.values()) / runs, 2) for part, each in parts.items()
+        }
+    return cost
 
 
 def _say_cost(cost: dict[str, dict[str, float]]) -> str:
-    return str(cost)
+    total = sum((each["training"] + each["evaluation"]) * each["runs"] for each in cost.values())
+    return f"All runs together took {total / 60:.0f} minutes of one core."

@@ -88,16 +88,16 @@ def remake(folder: Path, hash_: str, *, jobs: int, quiet: bool) -> pd.DataFrame:
         new_curves = learning_curves(outcomes)
     if of_run:
         return _compare_runs(row, _rounded(new_runs).iloc[0], runs)
-    changed = [
+    runs, evaluations, curves = (
         _replaced(old, _rounded(new))
         for old, new in ((runs, new_runs), (evaluations, new_evaluations), (curves, new_curves))
-    ]
+    )
 
     def identify(agent: str, mode: str, regularization: float, metric: str) -> str:
         known = agent == entry.name
         return hasher(agent, mode, regularization, metric) if known else ""
 
-    again = _rounded(summarize_benchmark(*changed, identify))
+    again = _rounded(summarize_benchmark(runs, evaluations, curves, identify))
     cell = again[again["hash"] == row["hash"]].iloc[0]
     key = {name: row[name] for name in ("agent", "mode", "regularization", "metric")}
     before, now = float(row["value"]), float(cell["value"])
