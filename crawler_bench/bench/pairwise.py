@@ -70,7 +70,8 @@ def compare(runs: pd.DataFrame, evaluations: pd.DataFrame) -> pd.DataFrame:
         value (of a cycle duration the longer, not the better one), see `stats.improvement`;
         p, p_holm, p_fdr: two-sided paired permutation test, exact up to 13 seeds; Holm's correction over all
         pairs of the metric and regularization (the pairs of regularizations are a family of their own), and
-        Benjamini and Hochberg's, because 10 seeds cannot bring Holm's below 0.05 in more than 25 pairs;
+        Benjamini and Hochberg's, because 10 seeds cannot bring Holm's below 0.05 in more than 25 pairs. They
+        take seeds for independent runs, which the seeds of an agent that neither learns nor draws are not;
         crossover, crossover_low, crossover_high, crossover_share, overtakes: see `Crossing`; on the rows of
         noise_area, whose curves they are of;
         seeds_needed: see `seeds_needed`.

@@ -64,9 +64,9 @@ def test_rare_stalls_are_not_trimmed_away():
 
 def test_a_share_of_runs_counts_runs_without_any_gait():
     """Wilson's interval; a wave from head to tail is none from tail to head, and NaN is no wave."""
-    found = of(summarize(runs_of("a", "wave_order", [0.9, 0.7, -0.9, 0.2, NAN])), "wave_share")
-    wanted = stats.share([True, True, False, False, False])
-    assert (found["value"], found["low"], found["high"], found["n"]) == (0.4, wanted.low, wanted.high, 5)
+    found = of(summarize(runs_of("a", "wave_order", [0.9, 0.7, 0.8, -0.9, 0.2, NAN])), "wave_share")
+    wanted = stats.share([True, True, True, False, False, False])
+    assert (found["value"], found["low"], found["high"], found["n"]) == (0.5, wanted.low, wanted.high, 6)
 
 
 def test_the_share_exactly_on_the_diagonal():
@@ -87,8 +87,8 @@ def test_equal_runs_close_the_interval():
     summary = summarize(runs_of("wave", "speed", [0.00565] * 10, reward=0.00113))
     for name in ("speed", "reward", "noise_area", "regret", "stall_share", "speed_noise_0.4"):
         found = of(summary, name, "wave")
-        assert found["value"] == pytest.approx(found["low"], rel=1e-14)
-        assert (found["low"], found["n"]) == (found["high"], 10)
+        assert found["low"] == found["value"] == found["high"]
+        assert found["n"] == 10
     assert of(summary, "regret", "wave")["value"] == 0
 
 
@@ -171,7 +171,7 @@ def test_unknown_windows_are_passed_over():
 def test_a_learning_curve_belongs_to_both_modes():
     rows = [run("a", seed=seed, mode=mode) for mode in ("deterministic", "stochastic") for seed in (0, 1)]
     curves = pd.concat([curve("a", seed=seed, speed=[0.0] * 10 + [1.0] * 10) for seed in (0, 1)])
-    other = curve("a", 0.01, 0, speed=[1.0] * 20)
+    other = curve("a", 0.01, 0, speed=[0.0] * 20)
     summary = summarize([*rows, run("still")], curves=pd.concat([curves, other]))
     for mode in ("deterministic", "stochastic"):
         found = of(summary, "decisions_to_final", mode=mode)
