@@ -16,14 +16,15 @@ KEY = ["agent", "mode", "regularization", "seed"]
 USUAL = (("ppo", "deterministic"), ("ppo", "stochastic"), ("random", "stochastic"), ("wave", "deterministic"))
 CASES = {
     "usual": {},
-    "one seed": {"seeds": 1},
+    "one seed": {"pairs": USUAL[1:], "seeds": 1},
     "one mode": {"pairs": [("wave", "deterministic")]},
     "one regularization": {"regularizations": [0.02]},
-    "three regularizations": {"regularizations": [0.0, 0.01, 0.1]},
+    "three regularizations": {"pairs": USUAL[:2], "regularizations": [0.0, 0.01, 0.1]},
     "twelve unknown agents": {
-        "pairs": [(f"{'a-rather-long-name-of-' * (i % 2)}agent-{i}", "deterministic") for i in range(12)]
+        "pairs": [(f"{'a-rather-long-name-of-' * (i % 2)}agent-{i}", "deterministic") for i in range(12)],
+        "regularizations": [0.0],
     },
-    "two segments": {"n": 2},
+    "two segments": {"pairs": USUAL[:2], "n": 2},
 }
 
 
