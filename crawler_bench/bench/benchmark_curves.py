@@ -48,7 +48,8 @@ def noise_curves(evaluations: pd.DataFrame) -> Figure:
     panels = grid(figure, len(pairs), columns)
     colours, drawn = regularization_colours(values), {}
     for axes, (agent, mode) in zip(panels, pairs, strict=True):
-        tidy(axes, f"{short(agent, 20)}, {mode}")
+        tidy(axes, "")
+        axes.set_title(f"{short(agent)}, {mode}", loc="left", fontsize=9, color=INK)
         chosen = of_runs[(of_runs["agent"] == agent) & (of_runs["mode"] == mode)]
         tables = {
             value: chosen[chosen["regularization"] == value].pivot(

@@ -165,7 +165,8 @@ def gaits(records: Mapping[str, Record]) -> Figure:
     for axes, (name, record) in zip(panels, shown.items(), strict=True):
         image = strain_kymograph(axes, record.time - record.time[0], record.strain)
         axes.set_ylabel("")
-        tidy(axes, f"{short(name, 40)}: speed {metrics.speed(record) * SPEED_SCALE:.1f}")
+        said = f"{short(name, 38)}: speed {metrics.speed(record) * SPEED_SCALE:.1f}"
+        axes.set_title(said, loc="left", fontsize=9, color=INK)
         axes.set_xlim(0, max(each.time[-1] - each.time[0] for each in shown.values()))
     label_bottom(panels, columns, TIME_LABEL)
     figure.supylabel("segment (1: head)", fontsize=10)
