@@ -16,14 +16,18 @@ from crawler_bench.bench.benchmark_style import (
     band,
     draw_references,
     grid,
+    label_bottom,
     legend,
     looks,
     modes_of,
     regularization_colours,
     regularization_label,
     regularizations,
+    short,
 )
 from crawler_bench.bench.style import INK, Array, new_figure, show_missing, tidy
+
+OVERTAKES = "from here on the strongest regularization is the faster one (shaded: 95 % interval)"
 
 
 def noise_curves(evaluations: pd.DataFrame) -> Figure:
@@ -42,9 +46,10 @@ def noise_curves(evaluations: pd.DataFrame) -> Figure:
     rows = -(-len(pairs) // columns)
     figure = new_figure(max(2.9 * columns + 0.8, 6.5), 2.3 * rows + 1.7, "Speed against proprioceptive noise")
     panels = grid(figure, len(pairs), columns)
-    colours = regularization_colours(values)
+    colours, drawn = regularization_colours(values), {}
     for axes, (agent, mode) in zip(panels, pairs, strict=True):
-        tidy(axes, f"{agent}, {mode}")
+        tidy(axes, "")
+        axes.set_title(f"{short(agent)}, {mode}", loc="left", fontsize=9, color=INK)
         chosen = of_runs[(of_runs["agent"] == agent) & (of_runs["mode"] == mode)]
         tables = {
             value: chosen[chosen["regularization"] == value].pivot(
@@ -56,16 +61,20 @@ def noise_curves(evaluations: pd.DataFrame) -> Figure:
         for value, table in tables.items():
             means = [stats.estimate(row, statistic=np.mean) for row in table.to_numpy()]
             strongest = value == values[-1] and len(values) > 1
-            look = {"color": colours[value], "marker": "s" if strongest else "o", "ms": 3.5, "lw": 1.8}
-            look["label"] = regularization_label(value)
+            # Where they are equal, the wider line shows at both sides of the narrower one.
+            look = {"marker": "s", "ms": 3, "lw": 1.6} if strongest else {"marker": "o", "ms": 5, "lw": 3}
+            look |= {"color": colours[value], "label": regularization_label(value)}
             band(axes, table.index.to_numpy(np.float64), means, look)
+        draw_references(axes, of_runs[of_runs["agent"] == "random"])  # it feels nothing, and so is level
+        drawn[axes] = tables
+    panels[0].set_ylim(bottom=min(0.0, panels[0].get_ylim()[0]))
+    for axes, tables in drawn.items():
         if len(tables) > 1:
             _mark_crossover(axes, tables[max(tables)], tables[min(tables)])
-    panels[0].set_ylim(bottom=min(0.0, panels[0].get_ylim()[0]))
     panels[0].margins(x=0.03)
-    figure.supxlabel("largest error $s$ of a sensed strain (noise)", fontsize=10)
+    label_bottom(panels, columns, "largest error $s$ of\na sensed strain (noise)")
     figure.supylabel(SPEED_LABEL + ", mean over runs and its 95 % interval", fontsize=10)
-    legend(figure, panels[0], 3)
+    legend(figure, panels, 3)
     return figure
 
 
@@ -80,12 +89,15 @@ def _mark_crossover(axes: Axes, strongest: pd.DataFrame, weakest: pd.DataFrame) 
         return
     found, _ = stats.crossover(noise.to_numpy(np.float64), rising, falling)
     if np.isfinite(found.value):
-        axes.axvline(found.value, color=INK, lw=1, ls=":")
+        axes.axvline(found.value, color=INK, lw=1, ls=":", label=OVERTAKES)
         if np.isfinite([found.low, found.high]).all():
             axes.axvspan(found.low, found.high, color=INK, alpha=0.08, lw=0)
+        # The words stand where there is room: away from the curves and from the panel's edge.
+        low_curves = np.concatenate([rising, falling]).mean() < 0.5 * axes.get_ylim()[1]
+        late = found.value > 0.5 * noise.max()
         axes.text(
-            found.value, 0.03, f" overtakes at {found.value:.3f}", transform=axes.get_xaxis_transform(),
-            fontsize=8, color=INK,
+            found.value, 0.88 if low_curves else 0.04, f" {found.value:.3f} ", fontsize=8,
+            color=INK, ha="right" if late else "left", transform=axes.get_xaxis_transform(),
         )  # fmt: skip
 
 
@@ -122,7 +134,7 @@ def learning_curves(
         axes.xaxis.set_major_formatter(lambda x, _: f"{x:,.0f}".replace(",", "\u2009"))
     panels[0].set_ylabel(SPEED_LABEL)
     panels[0].set_ylim(bottom=min(0.0, panels[0].get_ylim()[0]))
-    legend(figure, panels[0], 5)
+    legend(figure, panels, 5)
     return figure
 
 
@@ -152,7 +164,7 @@ def softening(frame: pd.DataFrame, stuck: pd.DataFrame, agents: Sequence[str] = 
     grid_of[0, 0].set_ylabel(SPEED_LABEL)
     grid_of[0, 0].set_ylim(bottom=min(0.0, grid_of[0, 0].get_ylim()[0]))
     grid_of[1, 0].set_ylabel("deterministic\npolicy of")
-    legend(figure, grid_of[0, 0], 5)
+    legend(figure, grid_of[0], 5)
     return figure
 
 
@@ -174,7 +186,9 @@ def _draw_temperatures(axes: Axes, frame: pd.DataFrame, every: pd.Series, look_o
         estimates = [stats.estimate(each * SPEED_SCALE) for _, each in of]
         band(axes, x, estimates, _line(str(agent), look_of[str(agent)], 1))
     for temperature in (each for each in known if each in (0, np.inf)):
-        axes.axvline(places[temperature] + (0.75 if temperature == 0 else -0.75), color="#dddddd", lw=3)
+        axes.axvline(
+            places[temperature] + (0.75 if temperature == 0 else -0.75), color="white", lw=6, zorder=4
+        )
     if 1 in places:
         axes.axvline(0, color=INK, lw=0.8, ls=":", zorder=0.5)
     named = {0.0: "0\nfavourite\naction", 1.0: "1\nas\nlearned", np.inf: "∞\nrandom\naction"}
@@ -194,24 +208,24 @@ def _draw_stuck(axes: Axes, stuck: pd.DataFrame, names: Sequence[str], look_of: 
     """A dot a run, and the interquartile mean with its interval."""
     for row, name in enumerate(names):
         counts = np.sort(stuck.loc[stuck["agent"] == name, "stuck"].to_numpy(np.float64))
-        # Counts are whole: equal ones stand beside each other.
-        same = np.array([(counts[:i] == count).sum() for i, count in enumerate(counts)])
-        axes.plot(
-            counts + 0.09 * same - 0.02, np.full(counts.size, row), ls="", alpha=0.55, mew=0, ms=5,
-            marker="o", color=look_of[name].colour,
-        )  # fmt: skip
+        # Counts are whole: equal ones are heaped.
+        same = np.array([(counts[:i] == count).sum() for i, count in enumerate(counts)], dtype=np.int64)
+        x, y = counts + 0.13 * (same // 3), row + np.array([0, -0.22, 0.22])[same % 3]
+        axes.plot(x, y, ls="", alpha=0.55, mew=0, ms=5, marker="o", color=look_of[name].colour)
         middle = stats.estimate(counts)
         if middle.n:
             bar = ([middle.value - middle.low], [middle.high - middle.value])
             axes.errorbar(middle.value, row, xerr=bar, color=INK, marker="|", ms=11, capsize=2, lw=1)
-    axes.set(yticks=range(len(names)), yticklabels=names, ylim=(len(names) - 0.4, -0.6))
+    axes.set(
+        yticks=range(len(names)), yticklabels=[short(name) for name in names], ylim=(len(names) - 0.4, -0.6)
+    )
     axes.set_xlim(-0.5, max(10.5, float(stuck["stuck"].max()) + 1 if len(stuck) else 0))
-    axes.set_xlabel("fixed points of a run (a dot; bar: interquartile mean)")
+    axes.set_xlabel("fixed points of a run (dots; bar: interquartile mean)")
 
 
 def _line(agent: str, look: Look, every: int) -> dict[str, object]:
     """How to draw an agent's line."""
-    known = {"color": look.colour, "ls": look.dashes, "label": agent, "lw": 1.8}
+    known = {"color": look.colour, "ls": look.dashes, "label": short(agent), "lw": 1.8}
     if agent in REFERENCES:
         return known
     return known | {"marker": look.marker, "ms": 4.5, "markevery": every}

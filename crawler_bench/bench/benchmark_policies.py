@@ -11,7 +11,14 @@ from matplotlib.image import AxesImage
 from matplotlib.lines import Line2D
 
 from crawler_bench.bench import metrics, stats
-from crawler_bench.bench.benchmark_style import SPEED_SCALE, grid, modes_of, regularizations
+from crawler_bench.bench.benchmark_style import (
+    SPEED_SCALE,
+    grid,
+    label_bottom,
+    modes_of,
+    regularizations,
+    short,
+)
 from crawler_bench.bench.kymographs import GAIT_DURATION
 from crawler_bench.bench.record import Record
 from crawler_bench.bench.style import (
@@ -30,6 +37,7 @@ from crawler_bench.bench.style import (
 
 PROBABILITY = LinearSegmentedColormap.from_list("probability", ["#ffffff", "#bfe3d3", "#4fa886", GREEN])
 TRAPPED = LinearSegmentedColormap.from_list("trapped", ["#ffffff", "#c9c9c9", "#4d4d4d"])
+SPEED_UNIT = r"$10^{-3}\,L/\tau_\theta$"
 _WIDTH = 6  # matrices in a row
 
 
@@ -44,8 +52,9 @@ def policy_matrices(tables: pd.DataFrame, runs: pd.DataFrame) -> Figure:
     pairs, values = modes_of(tables), regularizations(tables)
     across = max(1, min(_WIDTH // len(values), len(pairs)))
     columns, rows = across * len(values), -(-len(pairs) // across)
-    title = "Which neuron each policy turns ON, mean over runs"
-    figure = new_figure(max(2.15 * columns + 1.3, 6.5), 2.95 * rows + 1.3, title)
+    height = 2.7 * rows + 1.5
+    title = rf"Which neuron each policy turns ON, mean over runs (speed in {SPEED_UNIT})"
+    figure = new_figure(max(2.15 * columns + 1.3, 7.5), height, title)
     panels = figure.subplots(rows, columns, squeeze=False)
     image = None
     for place in range(rows * across):
@@ -64,14 +73,17 @@ def policy_matrices(tables: pd.DataFrame, runs: pd.DataFrame) -> Figure:
             if chosen.empty:
                 axes.remove()
                 continue
-            image = _draw_mean(axes, chosen, of_runs)
+            image = _draw_mean(axes, chosen)
             axes.set_title(_title(pairs[place], value, chosen, of_runs), loc="left", fontsize=8, color=INK)
             axes.tick_params(labelsize=7)
+            if row == rows - 1:
+                axes.set_xlabel("action: neuron ON", fontsize=9)
     assert image is not None
-    _outer_labels(figure, "action: neuron ON (0: head)", "observation: most contracted segment (0: head)")
+    figure.supylabel("observation: most contracted segment (0: head)", fontsize=10)
+    shrink, ticks = min(0.9, 4.5 / height), [0, 0.02, 0.1, 0.25, 0.5, 0.75, 1]
     bar = figure.colorbar(
-        image, ax=list(figure.axes), label="mean probability", pad=0.015, aspect=40, shrink=0.6,
-        ticks=[0, 0.02, 0.1, 0.25, 0.5, 0.75, 1], format="%g",
+        image, ax=list(figure.axes), label="mean probability", pad=0.015, aspect=40, shrink=shrink,
+        ticks=ticks, format="%g",
     )  # fmt: skip
     bar.ax.minorticks_off()
     _explain_diagonal(figure)
@@ -83,7 +95,7 @@ def _mean_table(tables: pd.DataFrame) -> Array:
     return tables.groupby("observation")[probabilities].mean().to_numpy(np.float64)
 
 
-def _draw_mean(axes: Axes, tables: pd.DataFrame, runs: pd.DataFrame) -> AxesImage:
+def _draw_mean(axes: Axes, tables: pd.DataFrame) -> AxesImage:
     table = _mean_table(tables)
     # The root tells a probability that is nearly that of random action from none at all.
     return _matrix(axes, table, PROBABILITY, PowerNorm(0.5, 0, 1))
@@ -92,7 +104,8 @@ def _draw_mean(axes: Axes, tables: pd.DataFrame, runs: pd.DataFrame) -> AxesImag
 def _title(pair: tuple[str, str], value: float, tables: pd.DataFrame, runs: pd.DataFrame) -> str:
     off = metrics.off_diagonal(_mean_table(tables))
     speed = stats.estimate(runs["speed"].to_numpy(np.float64) * SPEED_SCALE).value
-    said = f"{pair[0]}, {pair[1]}\nε = {value:g}, n = {tables['seed'].nunique()}\noff the diagonal {off:.2f}"
+    seeds = tables["seed"].nunique()
+    said = f"{short(pair[0])}\n{pair[1]}, ε = {value:g}, n = {seeds}\noff the diagonal {off:.2f}"
     return said + (f", speed {speed:.1f}" if np.isfinite(speed) else "")
 
 
@@ -112,11 +125,6 @@ def _explain_diagonal(figure: Figure) -> None:
         [], [], color=ORANGE, lw=1.2, label="the wave: action = observation (nearest-neighbour wiring)"
     )
     figure.legend(handles=[line], loc="outside lower center", fontsize=9, frameon=False)
-
-
-def _outer_labels(figure: Figure, x: str, y: str) -> None:
-    figure.supxlabel(x, fontsize=10)
-    figure.supylabel(y, fontsize=10)
 
 
 def trap_matrix(shares: Array) -> Figure:
@@ -146,7 +154,9 @@ def gaits(records: Mapping[str, Record]) -> Figure:
     shown = {name: record.before(record.time[0] + GAIT_DURATION) for name, record in records.items()}
     columns = min(3, max(len(shown), 1))
     rows = -(-max(len(shown), 1) // columns)
-    figure = new_figure(max(4.1 * columns + 1, 6.5), 2 * rows + 1.3, "Gaits: strain of each segment")
+    figure = new_figure(
+        max(4.1 * columns + 1, 6.5), 2 * rows + 1.3, f"Gaits: strain of each segment (speed in {SPEED_UNIT})"
+    )
     panels = grid(figure, max(len(shown), 1), columns)
     if not shown:
         show_missing(panels[0], "no gait")
@@ -155,9 +165,11 @@ def gaits(records: Mapping[str, Record]) -> Figure:
     for axes, (name, record) in zip(panels, shown.items(), strict=True):
         image = strain_kymograph(axes, record.time - record.time[0], record.strain)
         axes.set_ylabel("")
-        tidy(axes, rf"{name}: {metrics.speed(record) * SPEED_SCALE:.1f} $\times 10^{{-3}}\,L/\tau_\theta$")
+        said = f"{short(name, 38)}: speed {metrics.speed(record) * SPEED_SCALE:.1f}"
+        axes.set_title(said, loc="left", fontsize=9, color=INK)
         axes.set_xlim(0, max(each.time[-1] - each.time[0] for each in shown.values()))
-    _outer_labels(figure, TIME_LABEL, "segment (1: head)")
+    label_bottom(panels, columns, TIME_LABEL)
+    figure.supylabel("segment (1: head)", fontsize=10)
     below, above = strains.min() < image.norm.vmin, strains.max() > image.norm.vmax
     extend = {(0, 0): "neither", (1, 0): "min", (0, 1): "max", (1, 1): "both"}[bool(below), bool(above)]
     bar = figure.colorbar(

@@ -18,6 +18,7 @@ from crawler_bench.bench.benchmark_style import (
     modes_of,
     regularization_label,
     regularizations,
+    short,
 )
 from crawler_bench.bench.style import BLUE, INK, ORANGE, Array, new_figure, tidy
 
@@ -41,7 +42,7 @@ def speeds(runs: pd.DataFrame) -> Figure:
         for (agent, mode), row in rows.items():
             chosen = here[(here["agent"] == agent) & (here["mode"] == mode)].sort_values("seed")
             _dots(axes, chosen["speed"].to_numpy(np.float64) * SPEED_SCALE, row, mode)
-        axes.set_xlim(left=min(0.0, axes.get_xlim()[0]))
+        axes.set_xlim(left=1.05 * min(0.0, float(runs["speed"].min()) * SPEED_SCALE))
     present = [name for name in REFERENCES if name in set(runs["agent"])]
     lines = [
         Line2D([], [], color=REFERENCES[name][0], ls=REFERENCES[name][1], label=f"{name} (IQM)")
@@ -93,7 +94,11 @@ def _rows(runs: pd.DataFrame, title: str) -> tuple[Figure, list[Axes], dict[tupl
     figure = new_figure(2.2 + 4.6 * len(values), 2.1 + 0.36 * place, title)
     panels = list(figure.subplots(1, len(values), squeeze=False, sharex=True, sharey=True)[0])
     for axes in panels:
-        axes.set(yticks=list(ticks.values()), yticklabels=list(ticks), ylim=(place - 0.5, -0.65))
+        axes.set(
+            yticks=list(ticks.values()),
+            yticklabels=[short(name) for name in ticks],
+            ylim=(place - 0.5, -0.65),
+        )
         for one, other in zip(list(rows)[:-1], list(rows)[1:], strict=True):
             if one[0] != other[0]:
                 axes.axhline((rows[one] + rows[other]) / 2, color="#ececec", lw=0.8, zorder=0)

@@ -6,6 +6,7 @@ from itertools import cycle, islice
 
 import numpy as np
 import pandas as pd
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
@@ -88,15 +89,24 @@ def modes_of(frame: pd.DataFrame) -> list[tuple[str, str]]:
 
 
 def grid(figure: Figure, count: int, columns: int) -> list[Axes]:
-    """So many panels on common axes, row by row; only outer ones are labelled, and none is left empty."""
+    """So many panels on common axes, row by row; those on the left and in the last row have numbers."""
     columns = min(columns, count)
     rows = -(-count // columns)
     panels = figure.subplots(rows, columns, squeeze=False, sharex=True, sharey=True).ravel()
     for axes in panels[count:]:
         axes.remove()
-    for place, axes in enumerate(panels[:count]):
-        axes.tick_params(labelbottom=place + columns >= count)
     return list(panels[:count])
+
+
+def label_bottom(panels: Sequence[Axes], columns: int, label: str) -> None:
+    """Label the last row of a grid; a label further up would push the rows apart."""
+    for axes in panels[(len(panels) - 1) // columns * columns :]:
+        axes.set_xlabel(label, fontsize=9)
+
+
+def short(name: str, length: int = 24) -> str:
+    """A name with its end left out where it is too long for its place."""
+    return name if len(name) <= length else name[: length - 1] + "…"
 
 
 def band(axes: Axes, x: Array, estimates: Sequence[stats.Estimate], look: Mapping[str, object]) -> None:
@@ -118,11 +128,13 @@ def draw_references(axes: Axes, runs: pd.DataFrame, *, vertical: bool = False) -
             line(float(value), color=colour, ls=dashes, lw=1.2, zorder=0.5, label=name)
 
 
-def legend(figure: Figure, axes: Axes, columns: int) -> None:
-    """What stands in one panel, explained below the figure."""
-    handles, labels = axes.get_legend_handles_labels()
-    named = dict(zip(labels, handles, strict=True))
+def legend(figure: Figure, panels: Iterable[Axes], columns: int) -> None:
+    """What stands in the panels, each name once, explained below the figure."""
+    named: dict[str, Artist] = {}
+    for axes in panels:
+        for handle, name in zip(*axes.get_legend_handles_labels(), strict=True):
+            named.setdefault(name, handle)
     figure.legend(
         list(named.values()), list(named), loc="outside lower center", ncols=columns, fontsize=9,
-        frameon=False,
+        frameon=False, handlelength=3.2,
     )  # fmt: skip

@@ -86,7 +86,7 @@ def test_speed_at_temperature_one_is_the_evaluations():
 
 def test_traps_lie_beside_the_wave(trap_shares):
     np.testing.assert_array_equal(np.diag(trap_shares), 0)
-    assert (np.diag(trap_shares, 1) >= softening.HALF).all()  # neuron o + 1 leaves segment o contracted
+    assert (np.diag(trap_shares, 1) >= softening.TRAP).all()  # neuron o + 1 leaves segment o contracted
 
 
 def test_stuck_observations_are_counted(trap_shares):
@@ -111,6 +111,17 @@ def test_a_constant_policy_is_absorbed_and_the_diagonal_is_not():
     assert (ends.loc["still", "time"] < 100).all()
     assert not ends.loc["wave", ["absorbed", "stalled"]].to_numpy().any()
     assert ends.loc["wave", "time"].isna().all()
+
+
+def test_most_tables_end_in_the_traps_of_the_map(trap_shares):
+    rng = np.random.default_rng(5)
+    random = {f"random{i}": {"deterministic": np.eye(N)[rng.integers(N, size=N)]} for i in range(30)}
+    ends = softening.absorptions(frame(**random), PARAMETERS, EvaluationConfig(starts=2))
+    assert ends["absorbed"].mean() > 0.8
+    absorbed = ends[ends["absorbed"]]
+    assert absorbed["stalled"].mean() > 0.95
+    foretold = trap_shares[absorbed["observation"], absorbed["action"]] >= softening.TRAP
+    assert foretold.mean() > 0.8
 
 
 def test_a_drawing_policy_leaves_the_trap_that_absorbs_its_favourite_actions():
