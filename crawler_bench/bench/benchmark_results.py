@@ -53,7 +53,8 @@ def write_benchmark(
         frames = _frames(found, hasher) | explained
         for name, frame in frames.items():
             tables.write_csv(frame, draft / f"{name}.csv")
-        write_tables(frames["summary"], frames["pairs"], frames["runs"], draft)
+        (draft / "tables").mkdir()
+        write_tables(frames["summary"], frames["pairs"], frames["runs"], draft / "tables")
         _write_entries(entries, draft / "entries")
         shown = _representatives(found)
         _write_policies(found, shown, draft / "policies")
@@ -83,7 +84,7 @@ def _frames(found: Benchmark, hasher: Hasher) -> dict[str, pd.DataFrame]:
         "runs": runs,
         "evaluations": found.evaluations[EVALUATED],
         "cycles": found.cycles,
-        "tables": found.tables,
+        "policy_tables": found.tables,
         "curves": found.curves,
         "summary": summarize_benchmark(found.runs, found.evaluations, found.curves, hasher),
         "pairs": compare(found.runs, found.evaluations),
@@ -182,14 +183,15 @@ def _figures(
     for (agent, mode, regularization), outcome in shown.items():
         if regularization == max(key[2] for key in shown) and outcome.evaluation is not None:
             gaits[f"{agent}, {mode}"] = read_evaluation(outcome.evaluation).gait
+    agents = list(dict.fromkeys(found.runs["agent"]))  # so that each keeps its colour in every figure
     return {
         "speeds": benchmark_figures.speeds(found.runs),
         "cycle_durations": benchmark_figures.cycle_durations(found.cycles, found.runs),
         "noise": benchmark_figures.noise_curves(found.evaluations),
-        "learning_curves": benchmark_figures.learning_curves(found.curves),
+        "learning_curves": benchmark_figures.learning_curves(found.curves, found.runs, agents),
         "policies": benchmark_figures.policy_matrices(found.tables, found.runs),
         "gaits": benchmark_figures.gaits(gaits),
-        "softening": benchmark_figures.softening(explained["softening"], explained["stuck"]),
+        "softening": benchmark_figures.softening(explained["softening"], explained["stuck"], agents),
         "traps": benchmark_figures.trap_matrix(shares),
     }
 

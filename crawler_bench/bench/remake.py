@@ -132,12 +132,16 @@ def _find(hash_: str, summary: pd.DataFrame, runs: pd.DataFrame) -> tuple["pd.Se
 
 def _rounded(frame: pd.DataFrame) -> pd.DataFrame:
     """A frame as it would be read back from its CSV."""
+    if not len(frame.columns):
+        return frame
     text = frame.to_csv(index=False, float_format=f"%.{DIGITS}g")
     return pd.read_csv(io.StringIO(text), dtype={"policy": str, "hash": str})
 
 
 def _replaced(old: pd.DataFrame, new: pd.DataFrame) -> pd.DataFrame:
     """The old rows, but those of runs that are new."""
+    if new.empty:
+        return old
     key = [name for name in KEY if name in old and name in new]
     gone = old.set_index(key).index.isin(new.set_index(key).index)
     joined = pd.concat([old[~gone], new[[name for name in old if name in new]]])

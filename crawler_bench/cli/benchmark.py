@@ -71,9 +71,7 @@ def benchmark(
     say = teller(quiet)
     facts = write_benchmark(found, entries, folder, say=say)
     print_frame(overview(folder))
-    console.print(
-        f"{facts}\nWritten to {folder}: comparison.md, figures, runs.csv, policies.", soft_wrap=True
-    )
+    console.print(f"{facts}\nWritten to {folder}: tables, figures, runs.csv, policies.", soft_wrap=True)
     if preset is Preset.smoke:
         console.print("This was the smoke preset: too small for its numbers to mean anything.")
     if found.failures:

@@ -91,10 +91,13 @@ def test_results_hold_every_cell_with_its_hash(made):
     root, found = made
     names = {path.name for path in (root / "out").iterdir()}
     assert {
-        "runs.csv", "evaluations.csv", "cycles.csv", "tables.csv", "curves.csv", "summary.csv", "pairs.csv",
-        "comparison.md", "comparison.tex", "speeds.png", "noise.svg", "policies.png", "gaits.png",
-        "softening.csv", "manifest.json", "command.txt", "policies", "entries",
+        "runs.csv", "evaluations.csv", "cycles.csv", "policy_tables.csv", "curves.csv", "summary.csv", "pairs.csv",
+        "speeds.png", "noise.svg", "policies.png", "gaits.png",
+        "softening.csv", "manifest.json", "command.txt", "policies", "entries", "tables",
     } <= names  # fmt: skip
+    assert {"comparison.md", "comparison.tex", "comparison.csv"} <= {
+        path.name for path in (root / "out" / "tables").iterdir()
+    }
     summary = pd.read_csv(root / "out" / "summary.csv", dtype={"hash": str})
     assert set(summary["metric"]) >= {metric.name for metric in METRICS}
     assert summary["hash"].str.fullmatch("[0-9a-f]{8}").all()
