@@ -91,8 +91,8 @@ def test_results_hold_every_cell_with_its_hash(made):
     root, found = made
     names = {path.name for path in (root / "out").iterdir()}
     assert {
-        "runs.csv", "evaluations.csv", "cycles.csv", "policy_tables.csv", "curves.csv", "summary.csv", "pairs.csv",
-        "speeds.png", "noise.svg", "policies.png", "gaits.png",
+        "runs.csv", "evaluations.csv", "cycles.csv", "policy_tables.csv", "curves.csv", "summary.csv",
+        "pairs.csv", "speeds.png", "noise.svg", "policies.png", "gaits.png",
         "softening.csv", "manifest.json", "command.txt", "policies", "entries", "tables",
     } <= names  # fmt: skip
     assert {"comparison.md", "comparison.tex", "comparison.csv"} <= {
