@@ -3,6 +3,7 @@
 A cell reads "value [low, high] (n) #hash"; the hash is what `summarize_benchmark` was told to identify it by.
 """
 
+import json
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
@@ -208,6 +209,20 @@ def against_itself(pairs: pd.DataFrame) -> pd.DataFrame:
     return table[own["metric"].isin(["speed", "noise_area"]).to_numpy()]
 
 
+def cost_table(cost: dict[str, dict[str, float]]) -> str:
+    """Seconds of one core that a run of each agent took, and what all runs took together, in Markdown."""
+    frame = pd.DataFrame(
+        [
+            {"agent": agent, "runs": f"{each['runs']:.0f}"}
+            | {f"{part} (s a run)": f"{each[part]:.1f}" for part in ("training", "evaluation")}
+            for agent, each in sorted(cost.items())
+        ]
+    )
+    seconds = sum(each["runs"] * (each["training"] + each["evaluation"]) for each in cost.values())
+    total = f"{frame['runs'].astype(int).sum()} runs, {seconds / 60:.0f} minutes of one core in all."
+    return f"{total}\n\n{markdown(frame)}"
+
+
 def blocks(folder: Path) -> dict[str, Callable[[], str]]:
     """Every generated block about the benchmark by name.
 
@@ -230,7 +245,14 @@ def blocks(folder: Path) -> dict[str, Callable[[], str]]:
         frames = [*(matrix(found, level) for level in levels), against_itself(found)]
         return "\n\n".join([LEGEND + floor(found), *(markdown(frame) for frame in frames if len(frame))])
 
+    def cost() -> str:
+        path = folder / "manifest.json"
+        if not path.is_file():
+            raise ValueError(f"{path} is missing; `crawler-bench benchmark` writes it")
+        return cost_table(json.loads(path.read_text())["cost"])
+
     return {
+        "benchmark cost": cost,
         "benchmark": lambda: markdown(compact(read("summary"))),
         "benchmark pairs": pairs,
         "agents learned": lambda: markdown(learned(read("runs"))),
