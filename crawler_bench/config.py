@@ -178,6 +178,28 @@ def load_tuning(path: Path, overrides: Mapping[str, Any] | None = None) -> Tunin
 
 
 def _load(kind: type[Kind], path: Path, overrides: Mapping[str, Any] | None) -> Kind:
+    content = _read_mapping(path)
+    if content.keys() == {"seed", "run"} and isinstance(content["run"], dict):  # what a run folder holds
+        content = content["run"] | {"seeds": [content["seed"]]}
+    names = [key for key in content if key in kind.model_fields and key not in ("name", "run")]
+    own = {key: content.pop(key) for key in names}
+    experiment = _build(kind, {"name": path.stem, "run": content} | own, str(path))
+    return experiment.model_copy(update={"run": override(experiment.run, overrides or {}, "--set")})
+
+
+def load_overrides(path: Path) -> dict[str, Any]:
+    """Read values that change runs, by dotted key, from YAML."""
+    flat: dict[str, Any] = {}
+    for key, value in _read_mapping(path).items():
+        flat |= (
+            {f"{key}.{name}": each for name, each in value.items()}
+            if isinstance(value, dict)
+            else {key: value}
+        )
+    return flat
+
+
+def _read_mapping(path: Path) -> dict[str, Any]:
     try:
         content = yaml.load(path.read_text(), _Loader)
     except OSError as error:
@@ -189,13 +211,7 @@ def _load(kind: type[Kind], path: Path, overrides: Mapping[str, Any] | None) -> 
     content = {} if content is None else content
     if not isinstance(content, dict):
         raise ConfigError(f"{path} must hold a mapping of keys to values, not a {type(content).__name__}")
-    if content.keys() == {"seed", "run"} and isinstance(content["run"], dict):  # what a run folder holds
-        content = content["run"] | {"seeds": [content["seed"]]}
-    own = {
-        key: content.pop(key) for key in [*content] if key in kind.model_fields and key not in ("name", "run")
-    }
-    experiment = _build(kind, {"name": path.stem, "run": content} | own, str(path))
-    return experiment.model_copy(update={"run": override(experiment.run, overrides or {}, "--set")})
+    return content
 
 
 def parse_assignments(assignments: list[str]) -> dict[str, Any]:

@@ -16,7 +16,9 @@ from crawler_bench import cli
 from crawler_bench.bench import animation, figures, training
 
 ROOT = Path(cli.__file__).parents[2]
-COMMANDS = ("reproduce", "train", "evaluate", "render", "list", "doctor")
+COMMANDS = [
+    "reproduce", "train", "evaluate", "render", "tune", "benchmark", "reproduce-cell", "list", "doctor"
+]  # fmt: skip
 SHORT = ("starts=2", "warm_up=5", "duration=40", "settle=10")
 SETTINGS = tuple(word for value in SHORT for word in ("--set", value))
 SMOKE = ("--preset", "smoke", "--seeds", "2", "--jobs", "1", "--quiet", *SETTINGS)

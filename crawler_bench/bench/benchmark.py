@@ -150,6 +150,8 @@ def learning_curves(outcomes: Sequence[Outcome]) -> pd.DataFrame:
             "decisions"
         )
         decisions = learning["decisions"].to_numpy(float)
+        if decisions[-1] == 0:  # an agent that does not count its decisions
+            continue
         ends = np.linspace(0, decisions[-1], WINDOWS + 1)
         time, distance, updates = (
             np.interp(ends, decisions, learning[column].to_numpy(float))

@@ -32,12 +32,9 @@ class Policy:
     seed: int
     tables: dict[str, NDArray[np.float64]]
 
-    @property
-    def table(self) -> NDArray[np.float64]:
-        """The table of the mode that the configuration evaluates; the only one, where there is only one."""
-        if len(self.tables) == 1:
-            return next(iter(self.tables.values()))
-        return self.tables[self.config.evaluation.mode]
+    def table_of(self, mode: str) -> NDArray[np.float64]:
+        """The table of a mode; where there is only one, it is that in every mode."""
+        return self.tables[mode] if mode in self.tables else next(iter(self.tables.values()))
 
 
 def write_policy(policy: Policy, path: Path, agent: Path | None = None) -> None:

@@ -88,16 +88,16 @@ def remake(folder: Path, hash_: str, *, jobs: int, quiet: bool) -> pd.DataFrame:
         new_curves = learning_curves(outcomes)
     if of_run:
         return _compare_runs(row, _rounded(new_runs).iloc[0], runs)
-    changed = [
+    runs, evaluations, curves = (
         _replaced(old, _rounded(new))
         for old, new in ((runs, new_runs), (evaluations, new_evaluations), (curves, new_curves))
-    ]
+    )
 
     def identify(agent: str, mode: str, regularization: float, metric: str) -> str:
         known = agent == entry.name
         return hasher(agent, mode, regularization, metric) if known else ""
 
-    again = _rounded(summarize_benchmark(*changed, identify))
+    again = _rounded(summarize_benchmark(runs, evaluations, curves, identify))
     cell = again[again["hash"] == row["hash"]].iloc[0]
     key = {name: row[name] for name in ("agent", "mode", "regularization", "metric")}
     before, now = float(row["value"]), float(cell["value"])
@@ -132,12 +132,16 @@ def _find(hash_: str, summary: pd.DataFrame, runs: pd.DataFrame) -> tuple["pd.Se
 
 def _rounded(frame: pd.DataFrame) -> pd.DataFrame:
     """A frame as it would be read back from its CSV."""
+    if not len(frame.columns):
+        return frame
     text = frame.to_csv(index=False, float_format=f"%.{DIGITS}g")
     return pd.read_csv(io.StringIO(text), dtype={"policy": str, "hash": str})
 
 
 def _replaced(old: pd.DataFrame, new: pd.DataFrame) -> pd.DataFrame:
     """The old rows, but those of runs that are new."""
+    if new.empty:
+        return old
     key = [name for name in KEY if name in old and name in new]
     gone = old.set_index(key).index.isin(new.set_index(key).index)
     joined = pd.concat([old[~gone], new[[name for name in old if name in new]]])
@@ -149,7 +153,7 @@ def _compare_runs(row: "pd.Series[Any]", new: "pd.Series[Any]", runs: pd.DataFra
     same = (runs[["agent", "mode", "regularization"]] == row[["agent", "mode", "regularization"]]).all(axis=1)
     rows = []
     for name in runs.columns:
-        if name in KEY or name not in new or not np.issubdtype(runs[name].dtype, np.number):
+        if name in KEY or name not in new or not pd.api.types.is_numeric_dtype(runs[name]):
             continue
         low, high = runs.loc[same, name].min(), runs.loc[same, name].max()
         verdict = _verdict(row[name], new[name], low, high)

@@ -45,10 +45,10 @@ def rollout(
     start_rng, noise_rng, policy_rng = (live_state(generator) for generator in generators)
     n = parameters.n_segments
     memory, quiet = make_memory(n), make_task(parameters)
-    begin(memory, quiet, start_rng)
+    first = begin(memory, quiet, start_rng)
     uniform = np.cumsum(np.full((n, n), 1.0 / n), axis=1)
     settle = round(warm_up / parameters.decision_interval)
-    observation = _crawl(memory, 0, uniform, quiet, start_rng, start_rng, *_pages(settle, n))
+    observation = _crawl(memory, first, uniform, quiet, start_rng, start_rng, *_pages(settle, n))
     steps = round(duration / parameters.decision_interval)
     samples, actions = _pages(steps, n)
     task = make_task(parameters, noise=noise)

@@ -117,23 +117,48 @@ def paired_difference(first: ArrayLike, second: ArrayLike) -> Estimate:
     return estimate(np.asarray(first, dtype=np.float64) - np.asarray(second, dtype=np.float64))
 
 
-def relative_excess(first: ArrayLike, second: ArrayLike) -> Estimate:
-    """How much, relatively, the interquartile mean of `first` exceeds that of `second`; runs are paired."""
+def estimate_pairs(first: ArrayLike, second: ArrayLike, statistic: Callable[..., Any]) -> Estimate:
+    """A statistic of two samples over paired runs, with its interval; pairs are resampled together.
+
+    Args:
+        first: (runs,) values.
+        second: (runs,) values of the paired runs; a pair that lacks either is left out.
+        statistic: (x, y, axis) -> value.
+    """
     a, b = np.asarray(first, dtype=np.float64), np.asarray(second, dtype=np.float64)
     known = np.isfinite(a) & np.isfinite(b)
     a, b = a[known], b[known]
+    if a.size == 0:
+        return Estimate(float("nan"), float("nan"), float("nan"), 0)
+    value = float(statistic(a, b, axis=-1))
+    if a.size == 1 or (np.ptp(a) == 0 and np.ptp(b) == 0) or not _intervals.get():
+        return Estimate(value, value, value, a.size)
+    low, high = _interval((a, b), statistic, CONFIDENCE)
+    return Estimate(value, low, high, a.size)
+
+
+def relative_excess(first: ArrayLike, second: ArrayLike) -> Estimate:
+    """How much, relatively, the interquartile mean of `first` exceeds that of `second`; runs are paired."""
 
     def excess(x: Array, y: Array, axis: int = -1) -> Any:
         with np.errstate(divide="ignore", invalid="ignore"):  # a crawler that stands still has no excess
             return interquartile_mean(x, axis) / interquartile_mean(y, axis) - 1
 
-    if a.size == 0:
-        return Estimate(float("nan"), float("nan"), float("nan"), 0)
-    value = float(excess(a, b))
-    if a.size == 1 or (np.ptp(a) == 0 and np.ptp(b) == 0) or not _intervals.get():
-        return Estimate(value, value, value, a.size)
-    low, high = _interval((a, b), excess, CONFIDENCE)
-    return Estimate(value, low, high, a.size)
+    return estimate_pairs(first, second, excess)
+
+
+def improvement(first: ArrayLike, second: ArrayLike) -> Estimate:
+    """Probability that a run of `first` exceeds a run of `second`, whichever two; a tie counts half.
+
+    Of n paired runs all n * n combinations are compared, because either agent could have been given another
+    seed; the interval resamples pairs.
+    """
+
+    def wins(x: Array, y: Array, axis: int = -1) -> Any:
+        one, other = np.moveaxis(x, axis, -1)[..., :, None], np.moveaxis(y, axis, -1)[..., None, :]
+        return (0.5 + 0.5 * np.sign(one - other)).mean(axis=(-2, -1))
+
+    return estimate_pairs(first, second, wins)
 
 
 def first_crossing(x: Array, difference: Array) -> float:

@@ -117,31 +117,61 @@ def _say(console: Console, outcome: Outcome, done: int, total: int) -> None:
         console.print(f"[{done}/{total}] {name}: {outcome.folder.name}", markup=False, soft_wrap=True)
 
 
+@dataclass(frozen=True)
+class Measured:
+    """A trained policy with what is known of it.
+
+    Attributes:
+        key: what its rows are labelled by.
+        name: of its folder or file.
+        evaluation: its measures.
+        learning: its learning curve; empty where it is not known.
+    """
+
+    key: dict[str, object]
+    name: str
+    evaluation: Evaluation
+    learning: pd.DataFrame
+
+
 def read_outcomes(outcomes: Sequence[Outcome]) -> tuple[pd.DataFrame, pd.DataFrame, pd.DataFrame]:
     """Collect what finished cells measured, keyed by experiment, agent, regularization and seed.
 
     Returns:
         runs, a row a run; evaluations, a row a run, noise and start; cycles, a row a cycle.
     """
-    runs: list[dict[str, object]] = []
-    evaluations: list[pd.DataFrame] = []
-    cycles: list[pd.DataFrame] = []
+    measured = []
     for outcome in outcomes:
         if outcome.folder is None or outcome.evaluation is None:
             continue
-        key = {
-            "experiment": outcome.cell.experiment,
-            "agent": outcome.cell.config.agent.rpartition(":")[2].lower(),
-            "regularization": outcome.cell.config.environment.regularization,
-            "seed": outcome.cell.seed,
-        }
-        evaluation = read_evaluation(outcome.evaluation)
+        key = label(outcome.cell.experiment, outcome.cell.config, outcome.cell.seed)
         learning = pd.read_csv(outcome.folder / "learning.csv")
-        runs.append(key | summarize(evaluation, learning) | {"run": outcome.folder.name})
-        for frames, frame in ((evaluations, evaluation.starts), (cycles, evaluation.cycles)):
-            frames.append(pd.DataFrame(key, index=frame.index).join(frame))
-    if not runs:
+        measured.append(Measured(key, outcome.folder.name, read_evaluation(outcome.evaluation), learning))
+    return tabulate(measured)
+
+
+def label(experiment: str, config: RunConfig, seed: int) -> dict[str, object]:
+    """What the rows of a run are keyed by."""
+    return {
+        "experiment": experiment,
+        "agent": config.agent.rpartition(":")[2].lower(),
+        "regularization": config.environment.regularization,
+        "seed": seed,
+    }
+
+
+def tabulate(measured: Sequence[Measured]) -> tuple[pd.DataFrame, pd.DataFrame, pd.DataFrame]:
+    """The frames that `read_outcomes` returns, of policies wherever they come from."""
+    if not measured:
         return pd.DataFrame(), pd.DataFrame(), pd.DataFrame()
+    runs = [each.key | summarize(each.evaluation, each.learning) | {"run": each.name} for each in measured]
+    evaluations, cycles = (
+        [pd.DataFrame(each.key, index=frame.index).join(frame) for each, frame in frames]
+        for frames in (
+            [(each, each.evaluation.starts) for each in measured],
+            [(each, each.evaluation.cycles) for each in measured],
+        )
+    )
     return pd.DataFrame(runs), pd.concat(evaluations, ignore_index=True), pd.concat(cycles, ignore_index=True)
 
 
@@ -163,8 +193,8 @@ def summarize(evaluation: Evaluation, learning: pd.DataFrame) -> dict[str, objec
         "speed_moving": moving["speed"].mean(),
         "reward": quiet["reward"].mean(),
         "stall_share": quiet["stalled"].astype(float).mean(),
-        "decisions": int(learning["decisions"].iloc[-1]),
-        "gradient_updates": int(learning["gradient_updates"].iloc[-1]),
+        "decisions": _last(learning, "decisions"),
+        "gradient_updates": _last(learning, "gradient_updates"),
         "speed_learning": _learning_speed(learning, 0.0),
         "speed_learning_end": _learning_speed(learning, 0.9),
         "cycles": len(durations),
@@ -173,6 +203,10 @@ def summarize(evaluation: Evaluation, learning: pd.DataFrame) -> dict[str, objec
     }
     averages: dict[str, object] = moving.drop(columns=settings).mean().to_dict()
     return row | averages
+
+
+def _last(learning: pd.DataFrame, column: str) -> float:
+    return float(learning[column].iloc[-1]) if len(learning) else float("nan")
 
 
 def _learning_speed(learning: pd.DataFrame, since: float) -> float:

@@ -6,7 +6,6 @@ made from results/, so that no number in the documentation is typed by hand.
     python -m crawler_bench.bench.tables README.md docs/*.md
 """
 
-import math
 import re
 import sys
 from collections.abc import Callable
@@ -15,7 +14,9 @@ from pathlib import Path
 
 import pandas as pd
 
-from crawler_bench.bench import performance, readings_tables
+from crawler_bench.bench import benchmark_tables, performance, readings_tables
+from crawler_bench.bench.cells import interval as interval
+from crawler_bench.bench.cells import short as short
 from crawler_bench.bench.claims import Verdict
 from crawler_bench.config import EnvironmentConfig, EvaluationConfig, config_folder, load_experiment
 from crawler_bench.physics.parameters import CrawlerParameters
@@ -26,17 +27,6 @@ SIGNS = {Verdict.REPRODUCED.value: "✔", Verdict.PARTLY.value: "◐", Verdict.N
 def write_csv(frame: pd.DataFrame, path: Path) -> None:
     """Write a frame with nine significant digits: the same numbers give the same bytes."""
     frame.to_csv(path, index=False, float_format="%.9g")
-
-
-def short(value: object) -> str:
-    """A number with as many digits as a reader wants; anything else as it is."""
-    try:
-        number = float(str(value))
-    except ValueError:
-        return str(value)
-    if math.isnan(number):
-        return "-"
-    return f"{number:.3g}" if abs(number) < 100 else f"{number:.0f}"
 
 
 def claims_table(claims: pd.DataFrame) -> str:
@@ -51,13 +41,6 @@ def claims_table(claims: pd.DataFrame) -> str:
         "verdict": [f"{SIGNS.get(verdict, '')} {verdict}".strip() for verdict in claims["verdict"]],
     })  # fmt: skip
     return rows.to_markdown(index=False, disable_numparse=True)
-
-
-def interval(low: float, high: float) -> str:
-    """An interval in short."""
-    if low == high:
-        return "no spread"
-    return "-" if math.isnan(low) else f"{short(low)} .. {short(high)}"
 
 
 def verdict_counts(claims: pd.DataFrame) -> str:
@@ -105,7 +88,8 @@ def blocks(results: Path) -> dict[str, Callable[[], str]]:
     """Every generated block by name.
 
     Args:
-        results: the folder that `crawler-bench reproduce` wrote; speeds stand beside it, in `performance`.
+        results: the folder that `crawler-bench reproduce` wrote; speeds stand beside it, in `performance`,
+            and the comparison of agents in `benchmark`.
     """
 
     def claims() -> pd.DataFrame:
@@ -119,6 +103,7 @@ def blocks(results: Path) -> dict[str, Callable[[], str]]:
         "parameters": parameters_table,
         **performance.blocks(results.parent / "performance", short),
         **readings_tables.blocks(results.parent / "readings", short),
+        **benchmark_tables.blocks(results.parent / "benchmark"),
     }
 
 
@@ -126,7 +111,7 @@ def regenerate(document: str, results: Path) -> str:
     """Fill every generated block of a Markdown document.
 
     Raises:
-        ValueError: if a block has no generator.
+        ValueError: if a block has no generator, or the results that it shows are not there.
     """
     known = blocks(results)
     begun, ended = (re.findall(rf"<!-- {word} ([\w ]+) -->", document) for word in ("begin", "end"))
@@ -146,4 +131,7 @@ def regenerate(document: str, results: Path) -> str:
 
 if __name__ == "__main__":
     for name in sys.argv[1:]:
-        Path(name).write_text(regenerate(Path(name).read_text(), Path("results/paper")))
+        try:
+            Path(name).write_text(regenerate(Path(name).read_text(), Path("results/paper")))
+        except ValueError as error:
+            sys.exit(f"{name}: {error}")

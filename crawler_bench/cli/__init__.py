@@ -14,6 +14,8 @@ app = typer.Typer(
 )
 for command in (paper.reproduce, readings.readings, runs.train, runs.evaluate, runs.render, benchmark.tune):
     app.command()(command)
+app.command()(benchmark.benchmark)
+app.command("reproduce-cell")(benchmark.reproduce_cell)
 app.command("list")(installation.list_)
 app.command()(installation.doctor)
 

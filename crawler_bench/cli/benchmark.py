@@ -1,12 +1,101 @@
-"""The commands that compare agents."""
+"""The commands that compare agents: benchmark, reproduce-cell, tune."""
 
+from enum import StrEnum
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from crawler_bench.cli.options import RUNS, Jobs, Quiet, Runs, Set, agent_spec
-from crawler_bench.console import console, teller
+from crawler_bench.cli.options import (
+    RUNS,
+    Jobs,
+    Quiet,
+    Runs,
+    Seeds,
+    Set,
+    agent_spec,
+    agents_package,
+    require_ours,
+)
+from crawler_bench.console import console, print_frame, teller
+
+if TYPE_CHECKING:
+    from crawler_bench.config import Experiment
+
+RESULTS = Path("results/benchmark")
+SIDE_BY_SIDE = 8  # crawlers that an added agent of Stable-Baselines3 learns from
+
+
+class Preset(StrEnum):
+    """Sizes of the benchmark."""
+
+    full = "full"
+    smoke = "smoke"
+
+
+def benchmark(
+    preset: Annotated[
+        Preset, typer.Option(help="full: as committed; smoke: small, to see that all works.")
+    ] = Preset.full,
+    agent: Annotated[
+        list[str] | None,
+        typer.Option(help="Also compare this one: a registered agent, module:Class, or a YAML file."),
+    ] = None,
+    only: Annotated[
+        list[str] | None, typer.Option(help="Of configs/bench, only this entry; may be repeated.")
+    ] = None,
+    seeds: Seeds = None,
+    set_: Set = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            help="Default results/benchmark, with any other option results/benchmark-PRESET or -changed."
+        ),
+    ] = None,
+    runs: Runs = RUNS,
+    jobs: Jobs = 0,
+    quiet: Quiet = False,
+) -> None:
+    """Train and compare agents: speed, cycle duration, robustness to noise; tables and figures.
+
+    Interrupted, the same command goes on from the runs that were finished.
+    """
+    from crawler_bench.bench.benchmark import run_benchmark
+    from crawler_bench.bench.benchmark_results import overview, write_benchmark
+
+    entries = _entries(preset, only or [], agent or [], seeds, set_ or [])
+    changed = "-changed" if seeds or set_ or agent or only else "" if preset is Preset.full else "-smoke"
+    folder = out or RESULTS.with_name(RESULTS.name + changed)
+    require_ours(folder, "benchmark", "summary.csv")
+    found = run_benchmark(entries, runs, jobs=jobs, quiet=quiet)
+    say = teller(quiet)
+    facts = write_benchmark(found, entries, folder, say=say)
+    print_frame(overview(folder))
+    console.print(f"{facts}\nWritten to {folder}: tables, figures, runs.csv, policies.", soft_wrap=True)
+    if preset is Preset.smoke:
+        console.print("This was the smoke preset: too small for its numbers to mean anything.")
+    if found.failures:
+        raise RuntimeError(
+            f"{len(found.failures)} runs failed (see {folder / 'failures.csv'}); "
+            "the same command tries them again"
+        )
+
+
+def reproduce_cell(
+    hash_: Annotated[str, typer.Argument(metavar="HASH", help="Of a table cell, or of a run in runs.csv.")],
+    results: Annotated[Path, typer.Option(help="Folder that `benchmark` wrote.")] = RESULTS,
+    jobs: Jobs = 0,
+    quiet: Quiet = False,
+) -> None:
+    """Make one cell of the tables anew and say: equal, within its interval, or different."""
+    from crawler_bench.bench.remake import remake
+
+    made = remake(results, hash_, jobs=jobs, quiet=quiet)
+    print_frame(made)
+    counts = made["verdict"].value_counts()
+    console.print(", ".join(f"{counts[verdict]} {verdict}" for verdict in counts.index))
+    if "different" in counts:
+        raise RuntimeError(f"{counts['different']} of {len(made)} numbers came out different")
 
 
 def tune(
@@ -33,3 +122,53 @@ def tune(
     write_csv(trials, out / f"{tuning.name}.csv")
     (out / f"{tuning.name}.yaml").write_text(to_yaml(best))
     console.print(f"{out / tuning.name}.csv, .yaml: {best.settings}", markup=False, soft_wrap=True)
+
+
+def _entries(
+    preset: Preset, only: list[str], added: list[str], seeds: str | None, set_: list[str]
+) -> "list[Experiment]":
+    """What is compared: configs/bench, or part of it, and what the user adds; sized by the preset."""
+    from crawler_bench.config import (
+        ConfigError,
+        config_folder,
+        load_experiment,
+        load_overrides,
+        nearest,
+        override,
+        parse_assignments,
+        parse_seeds,
+    )
+
+    known = {path.stem: path for path in sorted((config_folder() / "bench").glob("*.yaml"))}
+    for name in only:
+        if name not in known:
+            raise ConfigError(f"--only {name}: no such entry{nearest(name, list(known))}")
+    entries = [load_experiment(path) for name, path in known.items() if not only or name in only]
+    template = load_experiment(known["qlearning"])
+    entries += [
+        load_experiment(Path(name)) if name.endswith((".yaml", ".yml")) else _added(name, template)
+        for name in added
+    ]
+    names = [entry.name for entry in entries]
+    if doubled := {name for name in names if names.count(name) > 1}:
+        raise ConfigError(f"{', '.join(sorted(doubled))} would be compared twice")
+    small = load_overrides(config_folder() / "benchmark-smoke.yaml") if preset is Preset.smoke else {}
+    own_seeds = parse_seeds(seeds or small.pop("seeds", None)) if seeds or "seeds" in small else None
+    overrides = small | parse_assignments(set_)
+    sized = []
+    for entry in entries:
+        # What learns nothing has no number of decisions to change.
+        mine = {key: value for key, value in overrides.items() if entry.run.decisions or key != "decisions"}
+        run = override(entry.run, {"agent": agent_spec(entry.run.agent)} | mine, entry.name)
+        sized.append(entry.model_copy(update={"run": run} | ({"seeds": own_seeds} if own_seeds else {})))
+    return sized
+
+
+def _added(name: str, template: "Experiment") -> "Experiment":
+    """An entry for an agent that has none: the budget of all, its own defaults."""
+    spec = agent_spec(name)
+    kinds = (base.__module__ for base in agents_package().agent_class(spec).__mro__)
+    deep = any(kind.startswith("stable_baselines3") for kind in kinds)
+    update: dict[str, Any] = {"agent": spec, "settings": {}, "crawlers": SIDE_BY_SIDE if deep else 1}
+    short = name if ":" not in name else spec.rpartition(":")[2].lower()
+    return template.model_copy(update={"name": short, "run": template.run.model_copy(update=update)})

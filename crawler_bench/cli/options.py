@@ -1,5 +1,8 @@
 """What the commands share: their options, and the agents by name."""
 
+import errno
+import os
+import sys
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -31,7 +34,34 @@ def agents_package() -> Any:
 
 
 def agent_spec(name: str) -> str:
-    """The "module:Class" of an agent, which can be imported."""
+    """The "module:Class" of an agent, which can be imported, also from the folder that we stand in."""
+    if ":" in name and str(Path.cwd()) not in sys.path:
+        sys.path.append(str(Path.cwd()))
+        # For worker processes.
+        os.environ["PYTHONPATH"] = os.pathsep.join(
+            filter(None, [os.environ.get("PYTHONPATH"), str(Path.cwd())])
+        )
     spec: str = agents_package().agent_spec(name)
     agents_package().agent_class(spec)
     return spec
+
+
+def require_ours(folder: Path, command: str, witness: str) -> None:
+    """Refuse, before anything is computed, a folder that results cannot or should not go into.
+
+    Args:
+        folder: where the results are to go; what is in there must be the command's own, which it replaces.
+        command: the command that writes it.
+        witness: a file that it always writes.
+    """
+    if folder.exists() and not folder.is_dir():
+        raise ValueError(f"{folder} is a file; results need a folder: choose another one with --out")
+    ours = all((folder / name).is_file() for name in (witness, "manifest.json"))
+    if folder.is_dir() and any(folder.iterdir()) and not ours:
+        raise ValueError(
+            f"{folder} is not empty and was not written by `crawler-bench {command}` (it has no {witness} "
+            "with a manifest.json); choose another folder with --out"
+        )
+    folder.parent.mkdir(parents=True, exist_ok=True)
+    if not os.access(folder.parent, os.W_OK):
+        raise PermissionError(errno.EACCES, "cannot be written to", str(folder.parent))

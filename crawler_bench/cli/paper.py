@@ -1,7 +1,5 @@
 """The command that reproduces the paper."""
 
-import errno
-import os
 import shlex
 from enum import StrEnum
 from pathlib import Path
@@ -9,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from crawler_bench.cli.options import RUNS, Jobs, Quiet, Runs, Seeds, Set, agent_spec
+from crawler_bench.cli.options import RUNS, Jobs, Quiet, Runs, Seeds, Set, agent_spec, require_ours
 from crawler_bench.console import console, print_claims, teller
 
 if TYPE_CHECKING:
@@ -51,7 +49,7 @@ def reproduce(
     # Other seeds or settings are another experiment: they do not replace the committed results.
     folder = out or Path("results") / ("changed" if seeds or set_ else preset)
     if not claim:
-        require_ours(folder)
+        require_ours(folder, "reproduce", "claims.csv")
     needed = (
         {name for each in claims for name in each.experiments} if claim else set(reproduction.EXPERIMENTS)
     )
@@ -94,18 +92,3 @@ def _experiments(
         )
         experiments.append(experiment.model_copy(update=update))
     return experiments
-
-
-def require_ours(folder: Path) -> None:
-    """Refuse, before anything is computed, a folder that results cannot or should not go into."""
-    if folder.exists() and not folder.is_dir():
-        raise ValueError(f"{folder} is a file; results need a folder: choose another one with --out")
-    ours = all((folder / name).is_file() for name in ("claims.csv", "manifest.json"))
-    if folder.is_dir() and any(folder.iterdir()) and not ours:
-        raise ValueError(
-            f"{folder} is not empty and was not written by `crawler-bench reproduce` (it has no claims.csv "
-            "with a manifest.json); choose another folder with --out"
-        )
-    folder.parent.mkdir(parents=True, exist_ok=True)
-    if not os.access(folder.parent, os.W_OK):
-        raise PermissionError(errno.EACCES, "cannot be written to", str(folder.parent))

@@ -1,12 +1,15 @@
 """The commands about single runs: train, evaluate, render."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from crawler_bench.cli.options import RUNS, Quiet, Seeds, Set, agent_spec, agents_package
 from crawler_bench.console import console, notes, print_frame, teller
+
+if TYPE_CHECKING:
+    from crawler_bench.bench.sweep import Measured
 
 
 def train(
@@ -36,31 +39,23 @@ def train(
 
 
 def evaluate(
-    run: Annotated[list[Path], typer.Argument(help="Run folders, as `train` prints them.")],
+    run: Annotated[list[Path], typer.Argument(help="Run folders, as `train` prints them, or policy files.")],
     set_: Set = None,
     out: Annotated[
         Path | None, typer.Option(help="Also write runs.csv, evaluations.csv and cycles.csv here.")
     ] = None,
 ) -> None:
-    """Measure trained runs: policy table, speed, cycle duration, speed against noise."""
-    from crawler_bench.bench import store, tables
-    from crawler_bench.bench.evaluation import evaluate as evaluate_run
-    from crawler_bench.bench.sweep import Cell, Outcome, read_outcomes
-    from crawler_bench.config import override, parse_assignments
+    """Measure trained runs or shared policies: policy table, speed, cycle duration, speed against noise."""
+    from crawler_bench.bench import sweep, tables
+    from crawler_bench.config import parse_assignments
 
     overrides = {
         f"evaluation.{key.removeprefix('evaluation.')}": value
         for key, value in parse_assignments(set_ or []).items()
     }
-    trained = [store.read_run(folder) for folder in run]
-    outcomes = []
-    for folder, (config, seed) in zip(run, trained, strict=True):
-        changed = override(config, overrides, "--set")
-        cell = Cell(folder.resolve().name, changed, seed)
-        outcomes.append(Outcome(cell, folder.resolve(), evaluate_run(folder, changed.evaluation)))
-    runs, evaluations, cycles = read_outcomes(outcomes)
+    runs, evaluations, cycles = sweep.tabulate([_measure(path, overrides) for path in run])
     print_frame(runs[["run", "policy", "speed", "speed_moving", "stall_share", "cycle_duration", "cycles"]])
-    noisy = evaluations.pivot_table(index="experiment", columns="noise", values="speed")
+    noisy = evaluations.pivot_table(index="experiment", columns="noise", values="speed", sort=False)
     noisy.columns = [f"s = {noise:g}" for noise in noisy.columns]
     print_frame(noisy.rename_axis("speed (L/tau) at noise").reset_index())
     if out is not None:
@@ -70,23 +65,46 @@ def evaluate(
 
 
 def render(
-    run: Annotated[Path, typer.Argument(help="A run folder, as `train` prints it.")],
+    run: Annotated[Path, typer.Argument(help="A run folder, as `train` prints it, or a policy file.")],
+    set_: Set = None,
     out: Annotated[Path | None, typer.Option(help="Where to write; default results/rendered/RUN.")] = None,
     quiet: Quiet = False,
 ) -> None:
     """Film the gait of a trained run (GIF, MP4) and draw its positions, strains and forces (PNG, SVG)."""
     from crawler_bench.bench import animation, figures
-    from crawler_bench.bench.evaluation import evaluate as evaluate_run
-    from crawler_bench.bench.evaluation import read_evaluation
-    from crawler_bench.bench.store import read_run
+    from crawler_bench.config import parse_assignments
 
-    read_run(run)
+    measured = _measure(
+        run, {f"evaluation.{key}": value for key, value in parse_assignments(set_ or []).items()}
+    )
     say = teller(quiet)
-    record = read_evaluation(evaluate_run(run)).gait
-    folder = out or Path("results/rendered") / run.resolve().name
+    record = measured.evaluation.gait
+    folder = out or Path("results/rendered") / measured.name
     folder.mkdir(parents=True, exist_ok=True)
-    figures.save(figures.gait(record, run.resolve().name), folder, "gait")
+    figures.save(figures.gait(record, measured.name), folder, "gait")
     for suffix in (".gif", ".mp4"):
         say(f"filming gait{suffix}")
-        animation.animate(record, folder / f"gait{suffix}", run.resolve().name)
+        animation.animate(record, folder / f"gait{suffix}", measured.name)
     console.print(str(folder), markup=False, soft_wrap=True)
+
+
+def _measure(path: Path, overrides: dict[str, Any]) -> "Measured":
+    """Evaluate a run folder, which keeps its evaluations, or a policy file."""
+    import pandas as pd
+
+    from crawler_bench.bench import evaluation, policy_files, store
+    from crawler_bench.bench.sweep import Measured, label
+    from crawler_bench.config import override
+
+    if path.suffix in (".json", ".zip"):
+        policy = policy_files.read_policy(path)
+        config = override(policy.config, overrides, "--set")
+        found = evaluation.measure(
+            config, policy.seed, policy.table_of(config.evaluation.mode), config.evaluation
+        )
+        return Measured(label(path.stem, config, policy.seed), path.stem, found, pd.DataFrame())
+    config, seed = store.read_run(path)
+    config = override(config, overrides, "--set")
+    found = evaluation.read_evaluation(evaluation.evaluate(path, config.evaluation))
+    name = path.resolve().name
+    return Measured(label(name, config, seed), name, found, pd.read_csv(path / "learning.csv"))

@@ -131,6 +131,25 @@ def test_relative_excess_of_incomplete_data():
     assert found == Estimate(1, 1, 1, 1)
 
 
+def test_the_probability_of_improvement_compares_all_runs():
+    """Of 2 and 3 with 1 and 2: three wins and a tie."""
+    assert stats.improvement([2.0, 3.0], [1.0, 2.0]).value == 3.5 / 4
+    assert stats.improvement([1.0, 2.0], [2.0, 3.0]).value == 0.5 / 4
+    found = stats.improvement(SKEWED, SKEWED[::-1])
+    assert found.value == 0.5
+    assert 0.2 < found.low < 0.5 < found.high < 0.8
+    first, second = SKEWED + 0.3, np.random.default_rng(6).exponential(size=20)
+    u = reference.mannwhitneyu(first, second).statistic
+    assert stats.improvement(first, second).value == pytest.approx(u / 400)
+
+
+def test_the_probability_of_improvement_where_it_is_certain():
+    assert stats.improvement(SKEWED + 100, SKEWED) == Estimate(1, 1, 1, 20)
+    assert stats.improvement([1.0] * 5, [1.0] * 5) == Estimate(0.5, 0.5, 0.5, 5)
+    assert stats.improvement([NAN, 2.0], [1.0, 1.0]) == Estimate(1, 1, 1, 1)
+    assert stats.improvement([], []).n == 0
+
+
 X = np.array([0.0, 0.1, 0.3, 0.4])
 
 

@@ -18,8 +18,9 @@ def test_every_registered_agent_has_the_whole_interface(name: str, tmp_path: Pat
     assert actions.shape == (10,)
     agent.save(tmp_path / "agent.json")
     loaded = agent_class(name).load(tmp_path / "agent.json", env=env)
-    assert loaded.num_timesteps == 100
-    np.testing.assert_array_equal(loaded.predict(np.arange(10))[0], agent.predict(np.arange(10))[0])
+    assert loaded.num_timesteps == agent.num_timesteps >= 100  # PPO learns whole rollouts
+    first, again = (each.predict(np.arange(10), deterministic=True)[0] for each in (agent, loaded))
+    np.testing.assert_array_equal(first, again)
 
 
 def test_random_is_uniform_and_seeded() -> None:

@@ -1,0 +1,259 @@
+"""The tables of a benchmark: each is formatted once, and written as Markdown, CSV and LaTeX.
+
+A cell reads "value [low, high] (n) #hash"; the hash is what `summarize_benchmark` was told to identify it by.
+"""
+
+import json
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+
+from crawler_bench.bench.cells import cell, interval, short
+from crawler_bench.bench.latex import latex
+from crawler_bench.bench.summary import metric
+
+COMPARISON = (
+    "speed", "cycle_duration", "noise_area", "stall_share", "off_diagonal", "decisions_to_final",
+    "gradient_updates",
+)  # fmt: skip
+KEY = ["regularization", "agent", "mode"]
+NOISE = "speed_noise_"
+SIGNIFICANT = 0.05
+CELL = r"Interquartile mean (of a share the mean) [95~\% interval] (number of independent runs)"
+LEGEND = (
+    "Probability that a run of the row's agent earns more reward than one of the column's, a tie counting "
+    "half; `**` where Holm's p is below 0.05, `*` where only Benjamini and Hochberg's is. "
+)
+MANY = 1000  # seeds; beyond, the number itself is of no use
+
+
+def comparison(summary: pd.DataFrame) -> pd.DataFrame:
+    """Agents against each other: a row an agent, mode and regularization, a column a metric; full cells."""
+    return _wide(summary, COMPARISON)
+
+
+def noise(summary: pd.DataFrame) -> pd.DataFrame:
+    """Speed at each amplitude of noise; full cells."""
+    names = summary["metric"].drop_duplicates()
+    return _wide(summary, tuple(names[names.str.startswith(NOISE)]))
+
+
+def _wide(summary: pd.DataFrame, metrics: tuple[str, ...]) -> pd.DataFrame:
+    """One column a metric, under its heading, in full cells; rows by regularization, then as they stand."""
+    cells = summary.assign(
+        cell=[
+            cell(row["value"], row["low"], row["high"], row["n"], row["hash"])
+            for row in summary.astype({"hash": object}).to_dict("records")
+        ]
+    )
+    shown = cells[cells["metric"].isin(metrics)]
+    keys = shown[KEY].drop_duplicates().sort_values("regularization", kind="stable")
+    wide = shown.pivot(index=KEY, columns="metric", values="cell")
+    wide = wide.reindex(index=pd.MultiIndex.from_frame(keys), columns=list(metrics))
+    wide.columns = pd.Index([metric(name).heading for name in metrics])
+    flat = wide.fillna("-").reset_index()
+    return flat.assign(regularization=flat["regularization"].map("{:g}".format))
+
+
+def pairs_table(pairs: pd.DataFrame) -> pd.DataFrame:
+    """Every pair and metric: difference, probability of improvement, p, crossing, seeds needed."""
+    rows = []
+    for row in pairs.to_dict("records"):
+        improvement = (row["improvement"], row["improvement_low"], row["improvement_high"])
+        crossing = (row["crossover"], row["crossover_low"], row["crossover_high"])
+        rows.append({
+            "metric": metric(row["metric"]).heading,
+            "first": _side(row, "first"),
+            "second": _side(row, "second"),
+            "first minus second": cell(row["difference"], row["low"], row["high"], row["n"]),
+            "P(first > second)": _bare(*improvement).removesuffix(" [no spread]"),
+            "p": short(row["p"]),
+            "p, Holm": short(row["p_holm"]),
+            "p, FDR": short(row["p_fdr"]),
+            "curves cross at s": _bare(*crossing) + _winner(row["overtakes"]),
+            "seeds for 10 %": _seeds(row["seeds_needed"], row["degenerate"]),
+        })  # fmt: skip
+    return pd.DataFrame(rows)
+
+
+def _side(row: Mapping[Any, Any], side: str) -> str:
+    agent, mode, regularization = (row[f"{side}_{name}"] for name in ("agent", "mode", "regularization"))
+    return f"{agent}, {mode}, {regularization:g}"
+
+
+def _winner(overtakes: object) -> str:
+    return f", {overtakes} overtakes" if overtakes in ("first", "second") else ""
+
+
+def _bare(value: float, low: float, high: float) -> str:
+    """A cell whose n stands beside it."""
+    return cell(value, low, high, 0).removesuffix(" (0)")
+
+
+def _seeds(needed: float, degenerate: bool) -> str:
+    if degenerate and needed == 2:
+        return "no spread"
+    return f"> {MANY}" if needed > MANY else short(needed)
+
+
+def learned(runs: pd.DataFrame) -> pd.DataFrame:
+    """The policy that each agent learned most often, and in what share of its runs.
+
+    Args:
+        runs: a row a run and mode; `policy` is the action for each observation from head to tail, * where
+            the agent draws.
+
+    Returns:
+        A row an agent, mode and regularization; of policies that are equally frequent, the first by name.
+    """
+    rows = []
+    for (regularization, agent, mode), found in runs.groupby(KEY, sort=False)["policy"]:
+        counts = found.value_counts().sort_index().sort_values(ascending=False, kind="stable")
+        rows.append({
+            "regularization": f"{regularization:g}", "agent": agent, "mode": mode,
+            "most common policy": f"`{counts.index[0]}`", "runs": f"{counts.iloc[0]} of {len(found)}",
+            "share": short(counts.iloc[0] / len(found)), "different policies": str(len(counts)),
+        })  # fmt: skip
+    return pd.DataFrame(rows).sort_values("regularization", kind="stable", ignore_index=True)
+
+
+def markdown(frame: pd.DataFrame) -> str:
+    """A formatted frame as a Markdown table."""
+    return frame.to_markdown(index=False, disable_numparse=True)
+
+
+def write_tables(summary: pd.DataFrame, pairs: pd.DataFrame, runs: pd.DataFrame, folder: Path) -> None:
+    """Write comparison, noise and pairs as .md, .csv and .tex, and learned.md.
+
+    Args:
+        summary: what `summarize_benchmark` returns, or its CSV.
+        pairs: what `compare` returns, or its CSV.
+        runs: a row a run and mode.
+        folder: for the tables only: its pairs.csv is formatted, not the one that `blocks` reads.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    tables = {
+        "comparison": (comparison(summary), f"Agents compared. {CELL}."),
+        "noise": (noise(summary), f"Speed under noise of amplitude s. {CELL}."),
+        "pairs": (pairs_table(pairs), f"Agents in pairs, over paired seeds. {CELL}."),
+    }
+    for name, (frame, caption) in tables.items():
+        (folder / f"{name}.md").write_text(markdown(frame) + "\n")
+        frame.to_csv(folder / f"{name}.csv", index=False)
+        (folder / f"{name}.tex").write_text(latex(frame, caption, f"tab:{name}", long=name == "pairs"))
+    (folder / "learned.md").write_text(markdown(learned(runs)) + "\n")
+
+
+def compact(summary: pd.DataFrame) -> pd.DataFrame:
+    """The comparison for a page: speed with its interval, the rest without, one n a row."""
+    rows = []
+    for (regularization, agent, mode), found in summary.groupby(KEY, sort=False):
+        of = found.set_index("metric").to_dict("index")
+        n = of["speed"]["n"]
+        row = {"regularization": f"{regularization:g}", "agent": agent, "mode": mode, "n": str(n)}
+        for name in COMPARISON:
+            each = of[name]
+            text = short(each["value"])
+            if name == "speed":
+                row |= {metric(name).heading: text, "95 % interval": interval(each["low"], each["high"])}
+            else:  # fewer runs than the row's: some have no such number
+                row[metric(name).heading] = text if each["n"] in (n, 0) else f"{text} ({each['n']})"
+        rows.append(row)
+    return pd.DataFrame(rows).sort_values("regularization", kind="stable", ignore_index=True)
+
+
+def matrix(pairs: pd.DataFrame, regularization: float, name: str = "reward") -> pd.DataFrame:
+    """Probability that a run of the row's agent exceeds one of the column's.
+
+    ** marks where Holm's p is below 0.05, * where only Benjamini and Hochberg's is.
+    """
+    chosen = pairs[
+        (pairs["metric"] == name)
+        & (pairs["first_regularization"] == regularization)
+        & (pairs["second_regularization"] == regularization)
+    ]
+    cells: dict[str, dict[str, str]] = {}
+    for row in chosen.to_dict("records"):
+        one, other = (f"{row[f'{side}_agent']}, {row[f'{side}_mode']}" for side in ("first", "second"))
+        star = " **" if row["p_holm"] < SIGNIFICANT else " *" if row["p_fdr"] < SIGNIFICANT else ""
+        cells.setdefault(one, {})[other] = short(row["improvement"]) + star
+        cells.setdefault(other, {})[one] = short(1 - row["improvement"]) + star
+    names = list(cells)
+    frame = pd.DataFrame([[cells[one].get(other, "") for other in names] for one in names], columns=names)
+    frame.insert(0, f"regularization {regularization:g}", names)
+    return frame
+
+
+def floor(pairs: pd.DataFrame) -> str:
+    """A sentence: how small p can get with so many seeds and pairs."""
+    tested = pairs[(pairs["metric"] == "reward") & pairs["p"].notna()]
+    seeds, count = int(tested["n"].max()), int(tested["first_regularization"].value_counts().max())
+    least = 2.0 ** (1 - seeds)
+    return (
+        f"With {seeds} paired seeds p is at least {short(least)}, and Holm's over {count} pairs at least "
+        f"{short(min(1.0, count * least))}."
+    )
+
+
+def against_itself(pairs: pd.DataFrame) -> pd.DataFrame:
+    """Each agent without against with regularization, in speed; and where the noise curves cross."""
+    own = pairs[pairs["first_regularization"] != pairs["second_regularization"]]
+    table = pairs_table(own)
+    excess = [
+        _bare(100 * row["relative"], 100 * row["relative_low"], 100 * row["relative_high"])
+        for row in own.to_dict("records")
+    ]
+    table.insert(4, "excess (%)", excess)
+    return table[own["metric"].isin(["speed", "noise_area"]).to_numpy()]
+
+
+def cost_table(cost: dict[str, dict[str, float]]) -> str:
+    """Seconds of one core that a run of each agent took, and what all runs took together, in Markdown."""
+    frame = pd.DataFrame(
+        [
+            {"agent": agent, "runs": f"{each['runs']:.0f}"}
+            | {f"{part} (s a run)": f"{each[part]:.1f}" for part in ("training", "evaluation")}
+            for agent, each in sorted(cost.items())
+        ]
+    )
+    seconds = sum(each["runs"] * (each["training"] + each["evaluation"]) for each in cost.values())
+    total = f"{frame['runs'].astype(int).sum()} runs, {seconds / 60:.0f} minutes of one core in all."
+    return f"{total}\n\n{markdown(frame)}"
+
+
+def blocks(folder: Path) -> dict[str, Callable[[], str]]:
+    """Every generated block about the benchmark by name.
+
+    Args:
+        folder: with summary.csv, pairs.csv and runs.csv of a benchmark.
+
+    Raises:
+        ValueError: when a block is made of a file that is not there.
+    """
+
+    def read(name: str) -> pd.DataFrame:
+        path = folder / f"{name}.csv"
+        if not path.is_file():
+            raise ValueError(f"{path} is missing; `crawler-bench benchmark` writes it")
+        return pd.read_csv(path, dtype={"policy": str, "hash": str})
+
+    def pairs() -> str:
+        found = read("pairs")
+        levels = sorted({*found["first_regularization"], *found["second_regularization"]})
+        frames = [*(matrix(found, level) for level in levels), against_itself(found)]
+        return "\n\n".join([LEGEND + floor(found), *(markdown(frame) for frame in frames if len(frame))])
+
+    def cost() -> str:
+        path = folder / "manifest.json"
+        if not path.is_file():
+            raise ValueError(f"{path} is missing; `crawler-bench benchmark` writes it")
+        return cost_table(json.loads(path.read_text())["cost"])
+
+    return {
+        "benchmark cost": cost,
+        "benchmark": lambda: markdown(compact(read("summary"))),
+        "benchmark pairs": pairs,
+        "agents learned": lambda: markdown(learned(read("runs"))),
+    }

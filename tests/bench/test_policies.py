@@ -1,0 +1,113 @@
+"""Policies as tables: what an agent's table says is what the agent does."""
+
+import numpy as np
+import pytest
+
+from agents.dqn import DQN
+from agents.ppo import PPO
+from agents.qlearning import QLearning
+from agents.reference import Random, Wave
+from crawler_bench.bench.metrics import speed
+from crawler_bench.bench.policies import DRAWS, action_table, believed_policy
+from crawler_bench.bench.rollout import rollout
+from crawler_bench.envs.crawler import CrawlerEnv
+from crawler_bench.envs.sb3 import CrawlerVecEnv
+from crawler_bench.physics.parameters import CrawlerParameters
+
+N = 10
+
+
+@pytest.fixture(scope="module")
+def ppo():
+    return PPO(CrawlerVecEnv(4), seed=0, n_steps=64, batch_size=64).learn(1024)
+
+
+@pytest.fixture(scope="module")
+def dqn():
+    return DQN(CrawlerVecEnv(4), seed=0, learning_starts=64, exploration_fraction=0.5).learn(1024)
+
+
+def test_a_deterministic_table_is_the_network(ppo, dqn):
+    for agent in (ppo, dqn):
+        table = action_table(agent, N)
+        assert set(np.unique(table)) == {0, 1}
+        for observation in range(N):
+            assert table[observation].argmax() == agent.predict(observation, deterministic=True)[0]
+
+
+def test_a_stochastic_table_holds_the_network_s_probabilities(ppo):
+    table = action_table(ppo, N, "stochastic")
+    np.testing.assert_allclose(table.sum(axis=1), 1)
+    drawn = ppo.predict(np.repeat(np.arange(N), 4000), deterministic=False)[0].reshape(N, 4000)
+    counted = np.array([np.bincount(row, minlength=N) for row in drawn]) / 4000
+    # Five standard deviations of a share of 4000 draws.
+    assert np.abs(counted - table).max() < 5 * 0.5 / np.sqrt(4000)
+
+
+def test_a_value_network_explores_at_its_last_rate(dqn):
+    table = action_table(dqn, N, "stochastic")
+    assert dqn.exploration_rate == pytest.approx(0.05)
+    np.testing.assert_allclose(table, 0.95 * action_table(dqn, N) + 0.005)
+
+
+def test_crawling_by_the_table_is_crawling_by_the_network(ppo):
+    """The compiled rollout of the table against the network asked at every step of the environment."""
+    parameters = CrawlerParameters()
+    record = rollout(parameters, action_table(ppo, N), warm_up=0, duration=100, noise=0, start=(3, 4))
+    env = CrawlerEnv(parameters, episode_distance=1e9, time_limit=1e9)
+    observation, _ = env.reset(seed=0)
+    centroids, asked = [0.0], 0
+    for action, strain in zip(record.action, record.strain, strict=False):
+        if np.ptp(strain) > 0:  # the undeformed body leaves its observation to chance
+            assert ppo.predict(observation, deterministic=True)[0] == action
+            asked += 1
+        observation, _, _, _, info = env.step(int(action))
+        centroids.append(info["centroid"])
+    assert asked > 400
+    np.testing.assert_allclose(centroids, record.centroid, rtol=0, atol=1e-12)
+    assert speed(record) == pytest.approx(centroids[-1] / 100)
+
+
+def test_a_crawler_at_rest_is_observed_by_chance():
+    """Not as if its first segment were the most contracted one."""
+    table = np.eye(N)
+    first = {
+        int(rollout(CrawlerParameters(), table, warm_up=0, duration=0.2, noise=0, start=(k,)).action[0])
+        for k in range(30)
+    }
+    assert len(first) > 5
+
+
+def test_tables_of_our_agents():
+    q = QLearning(CrawlerEnv(), seed=0).learn(50_000)
+    np.testing.assert_array_equal(action_table(q, N), np.eye(N)[q.policy])
+    np.testing.assert_array_equal(action_table(q, N, "stochastic"), np.eye(N)[q.policy])
+    np.testing.assert_array_equal(action_table(Wave(CrawlerEnv()), N, "stochastic"), np.eye(N))
+    np.testing.assert_allclose(action_table(Random(CrawlerEnv()), N), 1 / N)
+
+
+class Coin:
+    """Tells nothing of its probabilities: action 0 or 1, at observation 0 always 1."""
+
+    def __init__(self):
+        self.rng = np.random.default_rng(0)
+
+    def predict(self, observation, state=None, episode_start=None, deterministic=True):
+        seen = np.asarray(observation)
+        return np.where(seen == 0, 1, 0 if deterministic else self.rng.integers(2, size=seen.shape)), state
+
+
+def test_a_secretive_policy_is_counted():
+    table = action_table(Coin(), 3, "stochastic")
+    np.testing.assert_array_equal(table[0], [0, 1, 0])
+    np.testing.assert_allclose(table[1:, :2], 0.5, atol=5 * 0.5 / np.sqrt(DRAWS))
+    np.testing.assert_array_equal(action_table(Coin(), 3), np.eye(3)[[1, 0, 0]])
+
+
+def test_asking_for_the_policy_does_not_disturb_the_learning(ppo):
+    assert believed_policy(Coin(), 3) is None
+    np.testing.assert_array_equal(believed_policy(ppo, N), action_table(ppo, N))
+    q = QLearning(CrawlerEnv(), seed=0).learn(100)
+    state = q.rng.bit_generator.state
+    assert believed_policy(q, N) is not None
+    assert q.rng.bit_generator.state == state
