@@ -8,14 +8,16 @@ import numpy as np
 import pandas as pd
 
 from crawler_bench.bench import identifiability, readings_figures, store, style, tables
+from crawler_bench.bench.latex import latex
 from crawler_bench.bench.open_fields import FIELDS, GIVEN
 from crawler_bench.bench.readings import Reading
 from crawler_bench.bench.readings_decision import Study
 from crawler_bench.bench.readings_frames import claims_of, read_reading, runs_of, summarize
 from crawler_bench.bench.readings_study import Laboratory, Scored
-from crawler_bench.bench.readings_tables import ranking, to_latex, to_markdown
+from crawler_bench.bench.readings_tables import ranking, to_markdown
 from crawler_bench.bench.scoring import rescored
 
+CAPTION = "Readings of what the paper leaves open, by rank; variations of what it gives follow without one."
 DIGITS = 9  # significant ones in which a score that is made again must agree
 
 
@@ -42,9 +44,10 @@ def write(study: Study, folder: Path, started: float, say: Callable[[str], None]
         }
         for name, frame in frames.items():
             tables.write_csv(frame, draft / f"{name}.csv")
-        table = ranking(readings, tables.short)
+        table = ranking(readings)
         (draft / "readings.md").write_text(to_markdown(table) + "\n")
-        (draft / "readings.tex").write_text(to_latex(table))
+        plain = table.astype(str).map(lambda text: text.replace("**", ""))
+        (draft / "readings.tex").write_text(latex(plain, CAPTION, "tab:readings", long=True))
         (draft / "indistinct.txt").write_text(_indistinct(study.scored) + "\n")
         say("drawing the figures")
         for name, figure in readings_figures.all_figures(study.scored).items():

@@ -1,4 +1,4 @@
-"""The readings in words and tables: the generated blocks of docs/readings.md, and a table for LaTeX."""
+"""The readings in words and tables: the ranking, and the generated blocks of docs/readings.md."""
 
 import json
 from collections.abc import Callable
@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pandas as pd
 
+from crawler_bench.bench.cells import short
 from crawler_bench.bench.claims import Verdict
 from crawler_bench.bench.readings import DEFAULT
 from crawler_bench.bench.scoring import GROUPS, SHARE_FULL
@@ -13,10 +14,8 @@ from crawler_bench.bench.scoring import GROUPS, SHARE_FULL
 HEAD = 12  # readings of the ranking that the documentation shows, beside the named ones
 NAMED = (DEFAULT.name, "literal")
 
-Short = Callable[[object], str]
 
-
-def ranking(readings: pd.DataFrame, short: Short) -> pd.DataFrame:
+def ranking(readings: pd.DataFrame) -> pd.DataFrame:
     """All readings in short: rank, free constants, score with its interval, n, within, failed core claims."""
     return pd.DataFrame({
         "rank": readings["rank"].map(short),
@@ -44,27 +43,11 @@ def to_markdown(frame: pd.DataFrame) -> str:
     return frame.to_markdown(index=False, disable_numparse=True)
 
 
-def to_latex(frame: pd.DataFrame) -> str:
-    """A frame as a LaTeX table."""
-
-    def clean(text: object) -> str:
-        words = str(text).replace("**", "").replace("\\", "\\textbackslash{}")
-        for sign in "&%$#_{}":
-            words = words.replace(sign, f"\\{sign}")
-        return words
-
-    lines = [" & ".join(map(clean, row)) + r" \\" for row in frame.itertuples(index=False)]
-    heading = " & ".join(map(clean, frame.columns)) + r" \\"
-    body = "\n".join([r"\toprule", heading, r"\midrule", *lines, r"\bottomrule"])
-    return f"\\begin{{tabular}}{{{'l' * frame.shape[1]}}}\n{body}\n\\end{{tabular}}\n"
-
-
-def blocks(results: Path, short: Short) -> dict[str, Callable[[], str]]:
+def blocks(results: Path) -> dict[str, Callable[[], str]]:
     """Every generated block about readings by name.
 
     Args:
         results: the folder that `crawler-bench readings` wrote.
-        short: how to write a number.
     """
 
     def read(name: str) -> pd.DataFrame:
@@ -75,8 +58,8 @@ def blocks(results: Path, short: Short) -> dict[str, Callable[[], str]]:
         return to_markdown(frame.map(short))
 
     return {
-        "readings summary": lambda: _summary(read("readings"), read("confirmation"), short),
-        "readings ranking": lambda: to_markdown(ranking(_head(read("readings")), short)),
+        "readings summary": lambda: _summary(read("readings"), read("confirmation")),
+        "readings ranking": lambda: to_markdown(ranking(_head(read("readings")))),
         "readings fields": lambda: table("fields", {
             "field": "field", "words": "the paper's words", "sourced": "values with a source",
             "default": "default",
@@ -90,9 +73,9 @@ def blocks(results: Path, short: Short) -> dict[str, Callable[[], str]]:
             "field": "field", "tried": "tried alone", "lowest": "lowest score", "best": "at",
             "highest": "highest score", "tolerated": "within tolerance",
         }),
-        "readings epsilon": lambda: _epsilon(read("ends"), short),
+        "readings epsilon": lambda: _epsilon(read("ends")),
         "readings literal": lambda: _record(read("claims"), "literal"),
-        "readings confirmation": lambda: _confirmation(read("confirmation"), short),
+        "readings confirmation": lambda: _confirmation(read("confirmation")),
         "readings telling": lambda: table("telling", {
             "quantity": "quantity", "figure": "in the paper's", "low": "5 % of readings below",
             "high": "5 % above", "resolution": "spread over that of seeds",
@@ -113,7 +96,7 @@ def _head(readings: pd.DataFrame) -> pd.DataFrame:
     return head
 
 
-def _summary(readings: pd.DataFrame, confirmation: pd.DataFrame, short: Short) -> str:
+def _summary(readings: pd.DataFrame, confirmation: pd.DataFrame) -> str:
     rows = readings.set_index("reading")
     default, literal = rows.loc[DEFAULT.name], rows.loc["literal"]
     open_ones = readings[readings["family"] != "given"]
@@ -157,7 +140,7 @@ def _record(claims: pd.DataFrame, reading: str) -> str:
     return f"{len(rows)} claims: {told}. {listed}."
 
 
-def _confirmation(frame: pd.DataFrame, short: Short) -> str:
+def _confirmation(frame: pd.DataFrame) -> str:
     shown = pd.DataFrame({
         "reading": frame["reading"],
         "free": frame["free"],
@@ -188,7 +171,7 @@ def _conclusions(frame: pd.DataFrame) -> str:
     return to_markdown(wide.reset_index())
 
 
-def _epsilon(ends: pd.DataFrame, short: Short) -> str:
+def _epsilon(ends: pd.DataFrame) -> str:
     """From which epsilon on the runs end as the paper says."""
     along = ends[ends["field"] == "regularization"]
     sentences = []

@@ -102,7 +102,7 @@ def blocks(results: Path) -> dict[str, Callable[[], str]]:
         "runs": lambda: runs_table(pd.read_csv(results / "runs.csv", dtype={"policy": str})),
         "parameters": parameters_table,
         **performance.blocks(results.parent / "performance", short),
-        **readings_tables.blocks(results.parent / "readings", short),
+        **readings_tables.blocks(results.parent / "readings"),
         **benchmark_tables.blocks(results.parent / "benchmark"),
     }
 

@@ -1,6 +1,7 @@
 """What a reading is, what it runs, and that a small study can be written, read and run again."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pandas as pd
@@ -172,12 +173,15 @@ def test_a_row_of_the_table_is_a_reading_again(bases):
     assert rows["rank"].tolist() == [1, 2]
 
 
-def test_tables_for_markdown_and_latex():
-    frame = pd.DataFrame({"reading": ["a_b", "**default**"], "share": ["10 %", "{x}"]})
-    assert "a_b" in readings_tables.to_markdown(frame)
-    latex = readings_tables.to_latex(frame)
-    assert r"a\_b & 10 \%" in latex
-    assert r"default & \{x\}" in latex
+def test_the_ranking_marks_the_default_and_says_what_the_search_tried(bases):
+    found = [scored("default", bases["regularized"], plant())]
+    search = scored("search-07", bases["regularized"], plant(), **{"parameters.tau_f": 0.9})
+    table = readings_tables.ranking(
+        summarize([*found, replace(search, reading=replace(search.reading, family="search"))])
+    )
+    assert table["reading"].tolist() == ["**default**", "search-07: tau_f 0.9"]
+    assert table["within tolerance"].tolist() == ["yes", "yes"]
+    assert "| 1 " in readings_tables.to_markdown(table)
 
 
 def test_what_two_readings_share_runs_once(bases, tmp_path):
@@ -209,7 +213,7 @@ def test_a_reading_that_cannot_run_is_kept_and_counts_as_silence(bases, tmp_path
 
 
 def test_the_documentation_has_a_generator_for_every_block(tmp_path):
-    names = readings_tables.blocks(tmp_path, tables.short)
+    names = readings_tables.blocks(tmp_path)
     assert {"readings summary", "readings ranking", "readings fields", "readings conclusions"} <= set(names)
     assert set(names) <= set(tables.blocks(tmp_path))
 
