@@ -12,6 +12,7 @@ from crawler_bench.bench.readings import DEFAULT
 from crawler_bench.bench.scoring import GROUPS, SHARE_FULL
 
 HEAD = 12  # readings of the ranking that the documentation shows, beside the named ones
+MOST_MOVED = 5  # groups of claims that the table of fields names
 NAMED = (DEFAULT.name, "literal")
 
 
@@ -54,8 +55,10 @@ def blocks(results: Path) -> dict[str, Callable[[], str]]:
         return pd.read_csv(results / f"{name}.csv", keep_default_na=False, na_values=["nan"])
 
     def table(name: str, columns: dict[str, str]) -> str:
-        frame = read(name)[list(columns)].rename(columns=columns)
-        return to_markdown(frame.map(short))
+        frame = read(name)[list(columns)].map(short)
+        if "moved" in columns:
+            frame["moved"] = frame["moved"].map(_first_groups)
+        return to_markdown(frame.rename(columns=columns))
 
     return {
         "readings summary": lambda: _summary(read("readings"), read("confirmation")),
@@ -88,6 +91,13 @@ def blocks(results: Path) -> dict[str, Callable[[], str]]:
             "best": "best reading",
         }),
     }  # fmt: skip
+
+
+def _first_groups(listed: str) -> str:
+    """The groups that a field moves most."""
+    names = listed.split(", ")
+    more = f" and {len(names) - MOST_MOVED} more" if len(names) > MOST_MOVED else ""
+    return ", ".join(names[:MOST_MOVED]) + more
 
 
 def _head(readings: pd.DataFrame) -> pd.DataFrame:

@@ -41,7 +41,7 @@ _SEED = 20201122
 
 GROUPS = {
     "wave": ("wave",),
-    "wave, unregularized": ("wave_unregularized",),
+    "unregularized wave": ("wave_unregularized",),
     "localized": ("localized",),
     "wiring": ("nearest_neighbour", "diagonal_entries"),
     "peak": ("peak_contraction",),
