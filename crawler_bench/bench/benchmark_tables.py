@@ -224,8 +224,8 @@ def cost_sentence(cost: dict[str, dict[str, float]]) -> str:
     seconds = sum(each["runs"] * (each["training"] + each["evaluation"]) for each in cost.values())
     runs = sum(each["runs"] for each in cost.values())
     return (
-        f"All {runs:.0f} runs together took {seconds / 60:.0f} minutes in single processes, half of that on the "
-        "clock with two at a time."
+        f"All {runs:.0f} runs together took {seconds / 60:.0f} minutes in single processes, "
+        "half of that on the clock with two at a time."
     )
 
 
