@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from crawler_bench.bench import benchmark_figures, figures, store, tables
 from crawler_bench.bench.benchmark import KEY, Benchmark
-from crawler_bench.bench.benchmark_tables import write_tables
+from crawler_bench.bench.benchmark_tables import cost_sentence, write_tables
 from crawler_bench.bench.evaluation import read_evaluation
 from crawler_bench.bench.pairwise import compare
 from crawler_bench.bench.policy_files import Policy, write_policy
@@ -64,7 +64,7 @@ def write_benchmark(
         cost = _cost(found)
         store.write_command(draft)
         store.write_manifest(draft, started, cost=cost)
-    return _say_cost(cost)
+    return cost_sentence(cost)
 
 
 def overview(folder: Path) -> pd.DataFrame:
@@ -213,8 +213,3 @@ def _cost(found: Benchmark) -> dict[str, dict[str, float]]:
             part: round(sum(each.values()) / runs, 2) for part, each in parts.items()
         }
     return cost
-
-
-def _say_cost(cost: dict[str, dict[str, float]]) -> str:
-    total = sum((each["training"] + each["evaluation"]) * each["runs"] for each in cost.values())
-    return f"All runs together took {total / 60:.0f} minutes of one core."

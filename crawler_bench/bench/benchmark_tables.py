@@ -210,17 +210,23 @@ def against_itself(pairs: pd.DataFrame) -> pd.DataFrame:
 
 
 def cost_table(cost: dict[str, dict[str, float]]) -> str:
-    """Seconds of one core that a run of each agent took, and what all runs took together, in Markdown."""
-    frame = pd.DataFrame(
-        [
-            {"agent": agent, "runs": f"{each['runs']:.0f}"}
-            | {f"{part} (s a run)": f"{each[part]:.1f}" for part in ("training", "evaluation")}
-            for agent, each in sorted(cost.items())
-        ]
-    )
+    """How long a run of each agent took, in Markdown, after what all runs took together."""
+    rows = [
+        {"agent": agent, "runs": f"{each['runs']:.0f}"}
+        | {f"{part} (s a run)": f"{each[part]:.1f}" for part in ("training", "evaluation")}
+        for agent, each in sorted(cost.items())
+    ]
+    return f"{cost_sentence(cost)}\n\n{markdown(pd.DataFrame(rows))}"
+
+
+def cost_sentence(cost: dict[str, dict[str, float]]) -> str:
+    """How long all runs took together."""
     seconds = sum(each["runs"] * (each["training"] + each["evaluation"]) for each in cost.values())
-    total = f"{frame['runs'].astype(int).sum()} runs, {seconds / 60:.0f} minutes of one core in all."
-    return f"{total}\n\n{markdown(frame)}"
+    runs = sum(each["runs"] for each in cost.values())
+    return (
+        f"All {runs:.0f} runs together took {seconds / 60:.0f} minutes in single processes, "
+        "half of that on the clock with two at a time."
+    )
 
 
 def blocks(folder: Path) -> dict[str, Callable[[], str]]:
@@ -245,14 +251,16 @@ def blocks(folder: Path) -> dict[str, Callable[[], str]]:
         frames = [*(matrix(found, level) for level in levels), against_itself(found)]
         return "\n\n".join([LEGEND + floor(found), *(markdown(frame) for frame in frames if len(frame))])
 
-    def cost() -> str:
+    def cost() -> dict[str, dict[str, float]]:
         path = folder / "manifest.json"
         if not path.is_file():
             raise ValueError(f"{path} is missing; `crawler-bench benchmark` writes it")
-        return cost_table(json.loads(path.read_text())["cost"])
+        content: dict[str, dict[str, float]] = json.loads(path.read_text())["cost"]
+        return content
 
     return {
-        "benchmark cost": cost,
+        "benchmark cost": lambda: cost_table(cost()),
+        "benchmark time": lambda: cost_sentence(cost()),
         "benchmark": lambda: markdown(compact(read("summary"))),
         "benchmark pairs": pairs,
         "agents learned": lambda: markdown(learned(read("runs"))),
