@@ -10,14 +10,11 @@ from crawler_bench.config import (
     EvaluationConfig,
     Experiment,
     RunConfig,
-    config_folder,
-    load_experiment,
-    load_tuning,
     override,
-    parse_assignments,
     parse_seeds,
     to_yaml,
 )
+from crawler_bench.experiments import config_folder, load_experiment, load_tuning, parse_assignments
 from crawler_bench.physics.parameters import CrawlerParameters
 
 

@@ -20,7 +20,8 @@ from crawler_bench.bench.benchmark import KEY, in_mode, learning_curves, measure
 from crawler_bench.bench.store import NotARunError
 from crawler_bench.bench.summary import summarize_benchmark
 from crawler_bench.bench.sweep import Cell, run_cells
-from crawler_bench.config import Experiment, RunConfig, load_experiment, override, to_mapping
+from crawler_bench.config import Experiment, RunConfig, override, to_mapping
+from crawler_bench.experiments import load_experiment
 
 WHOLE_RUN = "run"  # in place of a metric
 DIGITS = 9  # significant ones in every CSV

@@ -111,7 +111,8 @@ def tune(
     """Search an agent's settings with Optuna; interrupted, the same command goes on."""
     from crawler_bench.bench.tables import write_csv
     from crawler_bench.bench.tuning import tune as search
-    from crawler_bench.config import config_folder, load_tuning, parse_assignments, to_yaml
+    from crawler_bench.config import to_yaml
+    from crawler_bench.experiments import config_folder, load_tuning, parse_assignments
 
     path = Path(agent) if agent.endswith((".yaml", ".yml")) else config_folder() / "tuning" / f"{agent}.yaml"
     tuning = load_tuning(path, parse_assignments(set_ or []))
@@ -128,16 +129,8 @@ def _entries(
     preset: Preset, only: list[str], added: list[str], seeds: str | None, set_: list[str]
 ) -> "list[Experiment]":
     """What is compared: configs/bench, or part of it, and what the user adds; sized by the preset."""
-    from crawler_bench.config import (
-        ConfigError,
-        config_folder,
-        load_experiment,
-        load_overrides,
-        nearest,
-        override,
-        parse_assignments,
-        parse_seeds,
-    )
+    from crawler_bench.config import ConfigError, nearest, override, parse_seeds
+    from crawler_bench.experiments import config_folder, load_experiment, load_overrides, parse_assignments
 
     known = {path.stem: path for path in sorted((config_folder() / "bench").glob("*.yaml"))}
     for name in only:

@@ -80,7 +80,8 @@ def reproduce(
 def _experiments(
     preset: Preset, names: list[str], set_: list[str] | None, seeds: str | None
 ) -> "list[Experiment]":
-    from crawler_bench.config import config_folder, load_experiment, parse_assignments, parse_seeds
+    from crawler_bench.config import parse_seeds
+    from crawler_bench.experiments import config_folder, load_experiment, parse_assignments
 
     overrides = parse_assignments(set_ or [])
     experiments = []

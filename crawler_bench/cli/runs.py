@@ -23,7 +23,8 @@ def train(
 ) -> None:
     """Train one agent, once for each seed; prints the run folders."""
     from crawler_bench.bench.training import train as train_run
-    from crawler_bench.config import RunConfig, load_experiment, override, parse_assignments, parse_seeds
+    from crawler_bench.config import RunConfig, override, parse_seeds
+    from crawler_bench.experiments import load_experiment, parse_assignments
 
     if seeds and seed:
         raise ValueError("--seed and --seeds say the same thing: give one of them")
@@ -47,7 +48,7 @@ def evaluate(
 ) -> None:
     """Measure trained runs or shared policies: policy table, speed, cycle duration, speed against noise."""
     from crawler_bench.bench import sweep, tables
-    from crawler_bench.config import parse_assignments
+    from crawler_bench.experiments import parse_assignments
 
     overrides = {
         f"evaluation.{key.removeprefix('evaluation.')}": value
@@ -72,7 +73,7 @@ def render(
 ) -> None:
     """Film the gait of a trained run (GIF, MP4) and draw its positions, strains and forces (PNG, SVG)."""
     from crawler_bench.bench import animation, figures
-    from crawler_bench.config import parse_assignments
+    from crawler_bench.experiments import parse_assignments
 
     measured = _measure(
         run, {f"evaluation.{key}": value for key, value in parse_assignments(set_ or []).items()}
