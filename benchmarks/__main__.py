@@ -16,9 +16,9 @@ import torch
 
 from benchmarks import environments, figures, learning, physics, scaling
 from benchmarks.measure import FULL, QUICK, Effort, Row
+from crawler_bench.bench.frames import write_csv
 from crawler_bench.bench.store import write_manifest
 from crawler_bench.bench.style import save
-from crawler_bench.bench.tables import write_csv
 
 PAIRS = (
     physics.against_solve, physics.exact_against_stepped, physics.batch_against_one,

@@ -37,15 +37,27 @@ def load_experiment(path: Path, overrides: Mapping[str, Any] | None = None) -> E
     return _load(Experiment, path, overrides)
 
 
+def load_entry(path: Path, template: Experiment) -> Experiment:
+    """Read what is to be compared; decisions, seeds and grid, where missing, are the template's."""
+    missing = {"decisions": template.run.decisions, "seeds": template.seeds, "grid": template.grid}
+    return _load(Experiment, path, None, missing)
+
+
 def load_tuning(path: Path, overrides: Mapping[str, Any] | None = None) -> Tuning:
     """Read a search from YAML, as `load_experiment` does."""
     return _load(Tuning, path, overrides)
 
 
-def _load(kind: type[Kind], path: Path, overrides: Mapping[str, Any] | None) -> Kind:
+def _load(
+    kind: type[Kind],
+    path: Path,
+    overrides: Mapping[str, Any] | None,
+    missing: Mapping[str, Any] | None = None,
+) -> Kind:
     content = _read_mapping(path)
     if content.keys() == {"seed", "run"} and isinstance(content["run"], dict):  # what a run folder holds
         content = content["run"] | {"seeds": [content["seed"]]}
+    content = dict(missing or {}) | content
     names = [key for key in content if key in kind.model_fields and key not in ("name", "run")]
     own = {key: content.pop(key) for key in names}
     experiment = build(kind, {"name": path.stem, "run": content} | own, str(path))

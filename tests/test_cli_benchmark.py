@@ -92,6 +92,17 @@ def test_repeated_it_runs_nothing_again(compared, monkeypatch):
     assert (compared / "out" / "runs.csv").read_bytes() == before
 
 
+def test_a_file_gets_the_budget_of_all_and_the_regularization_that_is_asked_for(tmp_path):
+    (tmp_path / "mine.yaml").write_text("agent: qlearning\nsettings: {learning_rate: 0.2}\n")
+    words = ("--only", "qlearning", "--agent", tmp_path / "mine.yaml", "--set", "regularization=0.02")
+    done = benchmark(tmp_path, *words)
+    assert done.exit_code == 0, done.output
+    runs = pd.read_csv(tmp_path / "out" / "runs.csv", dtype={"policy": str})
+    assert set(runs["regularization"]) == {0.02}
+    assert set(runs["decisions"]) == {2000}
+    assert runs.groupby("agent").size().to_dict() == {"mine": 2, "qlearning": 2}
+
+
 def test_what_cannot_be_compared_is_said_before_anything_is_computed(tmp_path):
     for words, said in (
         (("--only", "weve"), "did you mean 'wave'"),

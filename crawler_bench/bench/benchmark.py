@@ -15,11 +15,13 @@ import pandas as pd
 
 from crawler_bench.bench.evaluation import read_evaluation
 from crawler_bench.bench.sweep import Cell, Outcome, read_outcomes, run_cells
-from crawler_bench.config import Experiment, override
+from crawler_bench.config import ConfigError, Experiment, override
 
 KEY = ["agent", "mode", "regularization", "seed"]
+REGULARIZATION = "environment.regularization"
 MODES = ("deterministic", "stochastic")
-WINDOWS = 64  # of a learning curve
+WINDOWS = 64  # of a learning curve; fewer where fewer points were recorded
+FEWEST_WINDOWS = 5
 
 
 @dataclass(frozen=True)
@@ -60,6 +62,31 @@ def run_benchmark(entries: Sequence[Experiment], runs_root: Path, *, jobs: int, 
             raise RuntimeError(f"all {len(cells)} runs failed; the first: {found[mode][0].error}")
         cells = [cell for cell, outcome in zip(cells, found[mode], strict=True) if not outcome.error]
     return collect(found)
+
+
+def require_comparable(entries: Sequence[Experiment]) -> None:
+    """Refuse entries that would not be measured alike.
+
+    Raises:
+        ConfigError: naming the entry and what about it differs.
+    """
+    names = [entry.name for entry in entries]
+    if doubled := sorted({name for name in names if names.count(name) > 1}):
+        raise ConfigError(f"{', '.join(doubled)} would be compared twice")
+    budget = max(entry.run.decisions for entry in entries)
+    for entry in entries:
+        if set(entry.grid) - {REGULARIZATION}:
+            raise ConfigError(f"{entry.name}: the grid of what is compared may hold {REGULARIZATION} alone")
+        if entry.run.decisions not in (0, budget):
+            raise ConfigError(
+                f"{entry.name} learns from {entry.run.decisions} decisions and others from {budget}: "
+                "all must learn from the same number"
+            )
+        for part in ("parameters", "evaluation"):
+            if getattr(entry.run, part) != getattr(entries[0].run, part):
+                raise ConfigError(
+                    f"{entry.name} and {entries[0].name} have different {part}; say one with --set"
+                )
 
 
 def in_mode(cell: Cell, mode: str) -> Cell:
@@ -122,13 +149,12 @@ def _tables(outcomes: Sequence[Outcome], mode: str) -> pd.DataFrame:
 def _names(tables: pd.DataFrame) -> dict[tuple[str, str], str]:
     """What each agent's mode is called; missing where it is the other one over again."""
     names = {}
-    probabilities = [column for column in tables if str(column).startswith("p_")]
+    key = ["regularization", "seed", "observation"]
     for agent, rows in tables.groupby("agent"):
-        one, other = (
-            rows[rows["mode"] == mode].sort_values(["regularization", "seed", "observation"])[probabilities]
-            for mode in MODES
-        )
-        if one.shape == other.shape and np.array_equal(one, other):
+        probabilities = [column for column in rows if str(column).startswith("p_")]
+        one, other = (rows[rows["mode"] == mode].set_index(key)[probabilities] for mode in MODES)
+        one, other = one.align(other, join="inner", axis=0)  # a run may have failed in one mode
+        if len(one) and np.array_equal(one, other):
             sure = bool((one.max(axis=1) == 1).all())
             names[str(agent), MODES[0]] = MODES[0] if sure else MODES[1]
         else:
@@ -150,9 +176,10 @@ def learning_curves(outcomes: Sequence[Outcome]) -> pd.DataFrame:
             "decisions"
         )
         decisions = learning["decisions"].to_numpy(float)
-        if decisions[-1] == 0:  # an agent that does not count its decisions
+        windows = min(WINDOWS, len(decisions) - 1)
+        if windows < FEWEST_WINDOWS:  # an agent that tells next to nothing of how it learns
             continue
-        ends = np.linspace(0, decisions[-1], WINDOWS + 1)
+        ends = np.linspace(0, decisions[-1], windows + 1)
         time, distance, updates = (
             np.interp(ends, decisions, learning[column].to_numpy(float))
             for column in ("time", "distance", "gradient_updates")

@@ -11,15 +11,22 @@ import pandas as pd
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from crawler_bench.bench import benchmark_figures, figures, store, tables
+from crawler_bench.bench import benchmark_figures, figures, store
 from crawler_bench.bench.benchmark import KEY, Benchmark
 from crawler_bench.bench.benchmark_tables import cost_sentence, write_tables
 from crawler_bench.bench.evaluation import read_evaluation
+from crawler_bench.bench.frames import read_csv, rounded, write_csv
 from crawler_bench.bench.pairwise import compare
 from crawler_bench.bench.policy_files import Policy, write_policy
 from crawler_bench.bench.record import Record
 from crawler_bench.bench.remake import Hasher
-from crawler_bench.bench.softening import speed_against_temperature, stuck_observations, traps
+from crawler_bench.bench.softening import (
+    absorptions,
+    escapes,
+    speed_against_temperature,
+    stuck_observations,
+    traps,
+)
 from crawler_bench.bench.summary import summarize_benchmark
 from crawler_bench.bench.sweep import Outcome
 from crawler_bench.bench.training import agent_file
@@ -52,7 +59,7 @@ def write_benchmark(
         explained, shares = _explain(found, entries)
         frames = _frames(found, hasher) | explained
         for name, frame in frames.items():
-            tables.write_csv(frame, draft / f"{name}.csv")
+            write_csv(frame, draft / f"{name}.csv")
         (draft / "tables").mkdir()
         write_tables(frames["summary"], frames["pairs"], frames["runs"], draft / "tables")
         _write_entries(entries, draft / "entries")
@@ -69,7 +76,7 @@ def write_benchmark(
 
 def overview(folder: Path) -> pd.DataFrame:
     """The main numbers, a row an agent, mode and regularization, from the CSV."""
-    summary = pd.read_csv(folder / "summary.csv", dtype={"hash": str})
+    summary = read_csv(folder / "summary.csv")
     chosen = summary[summary["metric"].isin(["speed", "cycle_duration", "noise_area", "stall_share"])]
     key = ["agent", "mode", "regularization"]
     wide = chosen.pivot_table(index=key, columns="metric", values="value").reset_index()
@@ -80,14 +87,18 @@ def _frames(found: Benchmark, hasher: Hasher) -> dict[str, pd.DataFrame]:
     runs = found.runs.assign(
         hash=[hasher.of_run(*row) for row in found.runs[KEY].itertuples(index=False, name=None)]
     )
+    # Summed up from what the CSVs hold, so that anyone who reads them gets the same to the last digit.
+    runs, evaluations, curves = (
+        rounded(frame) for frame in (runs, found.evaluations[EVALUATED], found.curves)
+    )
     frames = {
         "runs": runs,
-        "evaluations": found.evaluations[EVALUATED],
+        "evaluations": evaluations,
         "cycles": found.cycles,
         "policy_tables": found.tables,
-        "curves": found.curves,
-        "summary": summarize_benchmark(found.runs, found.evaluations, found.curves, hasher),
-        "pairs": compare(found.runs, found.evaluations),
+        "curves": curves,
+        "summary": summarize_benchmark(runs, evaluations, curves, hasher),
+        "pairs": compare(runs, evaluations),
     }
     if found.failures:
         frames["failures"] = pd.DataFrame([
@@ -168,9 +179,12 @@ def _explain(found: Benchmark, entries: Sequence[Experiment]) -> tuple[dict[str,
     run = entries[0].run
     few = run.evaluation.model_copy(update={"starts": min(run.evaluation.starts, EXPLAINED_STARTS)})
     shares = traps(run.parameters, few)
+    ends = absorptions(found.tables, run.parameters, few)
     frames = {
         "softening": speed_against_temperature(found.tables, run.parameters, few),
         "stuck": stuck_observations(found.tables, shares),
+        "absorptions": ends,
+        "escapes": escapes(ends, found.tables, run.parameters, few),
     }
     return frames, shares
 

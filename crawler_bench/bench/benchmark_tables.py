@@ -11,7 +11,9 @@ from typing import Any
 import pandas as pd
 
 from crawler_bench.bench.cells import cell, interval, short
+from crawler_bench.bench.frames import read_csv
 from crawler_bench.bench.latex import latex
+from crawler_bench.bench.stats import RESAMPLES
 from crawler_bench.bench.summary import metric
 
 COMPARISON = (
@@ -190,7 +192,7 @@ def floor(pairs: pd.DataFrame) -> str:
     """A sentence: how small p can get with so many seeds and pairs."""
     tested = pairs[(pairs["metric"] == "reward") & pairs["p"].notna()]
     seeds, count = int(tested["n"].max()), int(tested["first_regularization"].value_counts().max())
-    least = 2.0 ** (1 - seeds)
+    least = max(2.0 ** (1 - seeds), 1 / (RESAMPLES + 1))  # all signs, or as many as were drawn
     return (
         f"With {seeds} paired seeds p is at least {short(least)}, and Holm's over {count} pairs at least "
         f"{short(min(1.0, count * least))}."
@@ -243,7 +245,7 @@ def blocks(folder: Path) -> dict[str, Callable[[], str]]:
         path = folder / f"{name}.csv"
         if not path.is_file():
             raise ValueError(f"{path} is missing; `crawler-bench benchmark` writes it")
-        return pd.read_csv(path, dtype={"policy": str, "hash": str})
+        return read_csv(path)
 
     def pairs() -> str:
         found = read("pairs")

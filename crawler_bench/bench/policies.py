@@ -5,6 +5,8 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from crawler_bench.config import ConfigError
+
 Array = NDArray[np.float64]
 Mode = Literal["deterministic", "stochastic"]
 
@@ -24,9 +26,12 @@ def action_table(agent: Any, n_segments: int, mode: Mode = "deterministic") -> A
 
     Returns:
         (N, N) probabilities of each action at each observation; every row sums to 1.
+
+    Raises:
+        ConfigError: if the agent answers with something else than actions, 0 to N - 1, or probabilities.
     """
     if (known := getattr(agent, "action_probabilities", None)) is not None:
-        return np.array(known, dtype=np.float64)
+        return _probabilities(agent, known, n_segments)
     observations = np.arange(n_segments)
     greedy = np.eye(n_segments)[_predict(agent, observations, deterministic=True)]
     if mode == "deterministic" or hasattr(agent, "q_table"):
@@ -53,5 +58,33 @@ def believed_policy(agent: Any, n_segments: int) -> Array | None:
 
 
 def _predict(agent: Any, observations: NDArray[np.int64], *, deterministic: bool) -> NDArray[np.int64]:
-    actions, _ = agent.predict(observations, deterministic=deterministic)
+    """The agent's actions, one for each observation."""
+    name, count = type(agent).__name__, observations.size
+    try:
+        answered, _ = agent.predict(observations, deterministic=deterministic)
+        actions = np.asarray(answered)
+    except (TypeError, ValueError) as error:
+        raise ConfigError(f"{name}.predict cannot take an array of {count} observations: {error}") from error
+    n = int(observations.max()) + 1
+    fits = actions.shape == observations.shape and actions.dtype.kind in "iu"
+    if not fits or actions.min() < 0 or actions.max() >= n:
+        raise ConfigError(
+            f"{name}.predict, asked for {count} observations, must return {count} whole numbers from 0 to "
+            f"{n - 1}, not an array of shape {actions.shape} and type {actions.dtype}"
+        )
     return np.asarray(actions, dtype=np.int64)
+
+
+def _probabilities(agent: Any, known: Any, n_segments: int) -> Array:
+    name = type(agent).__name__
+    try:
+        table = np.array(known, dtype=np.float64)
+    except (TypeError, ValueError):
+        table = np.empty(0)
+    fits = table.shape == (n_segments, n_segments) and np.isfinite(table).all() and (table >= 0).all()
+    if not fits or not np.allclose(table.sum(axis=1), 1):
+        raise ConfigError(
+            f"{name}.action_probabilities must be an array of {n_segments} rows of {n_segments} "
+            "probabilities, each row with the sum 1"
+        )
+    return table

@@ -7,7 +7,8 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from crawler_bench.bench import identifiability, readings_figures, store, style, tables
+from crawler_bench.bench import identifiability, readings_figures, store, style
+from crawler_bench.bench.frames import write_csv
 from crawler_bench.bench.latex import latex
 from crawler_bench.bench.open_fields import FIELDS, GIVEN
 from crawler_bench.bench.readings import Reading
@@ -43,7 +44,7 @@ def write(study: Study, folder: Path, started: float, say: Callable[[str], None]
             "rules": rescored(readings[readings["rank"].notna()], claims_of(study.scored)),
         }
         for name, frame in frames.items():
-            tables.write_csv(frame, draft / f"{name}.csv")
+            write_csv(frame, draft / f"{name}.csv")
         table = ranking(readings)
         (draft / "readings.md").write_text(to_markdown(table) + "\n")
         plain = table.astype(str).map(lambda text: text.replace("**", ""))

@@ -5,7 +5,6 @@ does not change with the code, so that what the code made of it then can be held
 """
 
 import hashlib
-import io
 import json
 import tempfile
 from collections.abc import Sequence
@@ -17,6 +16,7 @@ import numpy as np
 import pandas as pd
 
 from crawler_bench.bench.benchmark import KEY, in_mode, learning_curves, measured
+from crawler_bench.bench.frames import read_csv, rounded
 from crawler_bench.bench.store import NotARunError
 from crawler_bench.bench.summary import summarize_benchmark
 from crawler_bench.bench.sweep import Cell, run_cells
@@ -24,13 +24,12 @@ from crawler_bench.config import Experiment, RunConfig, override, to_mapping
 from crawler_bench.experiments import load_experiment
 
 WHOLE_RUN = "run"  # in place of a metric
-DIGITS = 9  # significant ones in every CSV
 
 
-def cell_hash(config: RunConfig, mode: str, seeds: Sequence[int], metric: str) -> str:
+def cell_hash(entry: str, config: RunConfig, mode: str, seeds: Sequence[int], metric: str) -> str:
     """Eight digits that stand for a cell."""
     content = to_mapping(override(config, {"evaluation.mode": mode}, "cell"))
-    content |= {"seeds": list(seeds), "metric": metric}
+    content |= {"entry": entry, "seeds": list(seeds), "metric": metric}
     return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()[:8]
 
 
@@ -46,11 +45,11 @@ class Hasher:
 
     def __call__(self, agent: str, mode: str, regularization: float, metric: str) -> str:
         """Hash of a table cell."""
-        return cell_hash(self._run(agent, regularization), mode, self.entries[agent].seeds, metric)
+        return cell_hash(agent, self._run(agent, regularization), mode, self.entries[agent].seeds, metric)
 
     def of_run(self, agent: str, mode: str, regularization: float, seed: int) -> str:
         """Hash of a single run."""
-        return cell_hash(self._run(agent, regularization), mode, [seed], WHOLE_RUN)
+        return cell_hash(agent, self._run(agent, regularization), mode, [seed], WHOLE_RUN)
 
     def _run(self, agent: str, regularization: float) -> RunConfig:
         return override(self.entries[agent].run, {"regularization": regularization}, agent)
@@ -78,7 +77,9 @@ def remake(folder: Path, hash_: str, *, jobs: int, quiet: bool) -> pd.DataFrame:
     entry = load_experiment(folder / "entries" / f"{row['agent']}.yaml")
     hasher = Hasher({entry.name: entry})
     run = override(entry.run, {"regularization": row["regularization"]}, entry.name)
-    seeds = [int(row["seed"])] if of_run else entry.seeds
+    key = {name: row[name] for name in ("agent", "mode", "regularization")}
+    there = runs.loc[(runs[list(key)] == pd.Series(key)).all(axis=1), "seed"]  # not the seeds that failed
+    seeds = [int(row["seed"])] if of_run else there.astype(int).tolist()
     cells = [in_mode(Cell(entry.name, run, seed), str(row["mode"])) for seed in seeds]
     with tempfile.TemporaryDirectory() as fresh:
         outcomes = run_cells(cells, Path(fresh), jobs=jobs, quiet=quiet)
@@ -88,9 +89,9 @@ def remake(folder: Path, hash_: str, *, jobs: int, quiet: bool) -> pd.DataFrame:
         new_runs, new_evaluations, _ = measured(outcomes, str(row["mode"]))
         new_curves = learning_curves(outcomes)
     if of_run:
-        return _compare_runs(row, _rounded(new_runs).iloc[0], runs)
+        return _compare_runs(row, rounded(new_runs).iloc[0])
     runs, evaluations, curves = (
-        _replaced(old, _rounded(new))
+        _replaced(old, rounded(new))
         for old, new in ((runs, new_runs), (evaluations, new_evaluations), (curves, new_curves))
     )
 
@@ -98,9 +99,9 @@ def remake(folder: Path, hash_: str, *, jobs: int, quiet: bool) -> pd.DataFrame:
         known = agent == entry.name
         return hasher(agent, mode, regularization, metric) if known else ""
 
-    again = _rounded(summarize_benchmark(runs, evaluations, curves, identify))
+    again = rounded(summarize_benchmark(runs, evaluations, curves, identify))
     cell = again[again["hash"] == row["hash"]].iloc[0]
-    key = {name: row[name] for name in ("agent", "mode", "regularization", "metric")}
+    key |= {"metric": row["metric"]}
     before, now = float(row["value"]), float(cell["value"])
     return pd.DataFrame([
         {**key, "before": before, "low": row["low"], "high": row["high"], "now": now,
@@ -113,7 +114,7 @@ _FILES = ("runs", "evaluations", "curves", "summary")
 
 def _read(path: Path) -> pd.DataFrame:
     try:
-        return pd.read_csv(path, dtype={"policy": str, "hash": str})
+        return read_csv(path)
     except (OSError, ValueError):
         raise NotARunError(
             f"{path} cannot be read: `crawler-bench benchmark` writes it; name its folder with --results"
@@ -128,15 +129,10 @@ def _find(hash_: str, summary: pd.DataFrame, runs: pd.DataFrame) -> tuple["pd.Se
             raise NotARunError(f"{len(found)} cells have a hash that begins with {hash_}: write it in full")
         if len(found) == 1:
             return found.iloc[0], of_run
-    raise NotARunError(f"no cell or run has the hash {hash_}; they stand in summary.csv and runs.csv")
-
-
-def _rounded(frame: pd.DataFrame) -> pd.DataFrame:
-    """A frame as it would be read back from its CSV."""
-    if not len(frame.columns):
-        return frame
-    text = frame.to_csv(index=False, float_format=f"%.{DIGITS}g")
-    return pd.read_csv(io.StringIO(text), dtype={"policy": str, "hash": str})
+    raise NotARunError(
+        f"no cell or run has the hash {hash_}; they stand in summary.csv and runs.csv of the folder that "
+        "--results names"
+    )
 
 
 def _replaced(old: pd.DataFrame, new: pd.DataFrame) -> pd.DataFrame:
@@ -149,18 +145,15 @@ def _replaced(old: pd.DataFrame, new: pd.DataFrame) -> pd.DataFrame:
     return joined.sort_values(key, kind="stable", ignore_index=True)
 
 
-def _compare_runs(row: "pd.Series[Any]", new: "pd.Series[Any]", runs: pd.DataFrame) -> pd.DataFrame:
-    """Every number of a run, before and now; the interval is what all seeds of the agent span."""
-    same = (runs[["agent", "mode", "regularization"]] == row[["agent", "mode", "regularization"]]).all(axis=1)
+def _compare_runs(row: "pd.Series[Any]", new: "pd.Series[Any]") -> pd.DataFrame:
+    """Every number of a run, and its policy, before and now: a single run is equal or different."""
     rows = []
-    for name in runs.columns:
-        if name in KEY or name not in new or not pd.api.types.is_numeric_dtype(runs[name]):
-            continue
-        low, high = runs.loc[same, name].min(), runs.loc[same, name].max()
-        verdict = _verdict(row[name], new[name], low, high)
+    for name in row.index.drop([*KEY, "hash", "run"]):
+        before, now = row[name], new.get(name)
+        same = before == now or (pd.isna(before) and name in new and pd.isna(now))
         key = {each: row[each] for each in ("agent", "mode", "regularization")}
-        rows.append({**key, "metric": name, "before": row[name], "low": low, "high": high,
-                     "now": new[name], "verdict": verdict})  # fmt: skip
+        rows.append({**key, "metric": name, "before": before, "now": now,
+                     "verdict": "equal" if same else "different"})  # fmt: skip
     return pd.DataFrame(rows)
 
 

@@ -14,6 +14,7 @@ from matplotlib.figure import Figure
 from crawler_bench.bench import animation, figures, metrics, store, tables
 from crawler_bench.bench.claims import Claim, Results, judge_claims
 from crawler_bench.bench.evaluation import Evaluation, read_evaluation
+from crawler_bench.bench.frames import write_csv
 from crawler_bench.bench.paper_claims import CLAIMS, noise_crossover
 from crawler_bench.bench.record import Record
 from crawler_bench.bench.rollout import rollout
@@ -92,12 +93,12 @@ def _write_all(
 ) -> pd.DataFrame:
     started = time.time()
     claims = found.claims(options=options)
-    tables.write_csv(claims, folder / "claims.csv")
+    write_csv(claims, folder / "claims.csv")
     (folder / "claims.md").write_text(f"{tables.verdict_counts(claims)}\n\n{tables.claims_table(claims)}\n")
     order = ["experiment", "regularization", "seed"]
-    tables.write_csv(found.runs.sort_values(order, kind="stable"), folder / "runs.csv")
-    tables.write_csv(found.evaluations, folder / "evaluations.csv")
-    tables.write_csv(found.cycles, folder / "cycles.csv")
+    write_csv(found.runs.sort_values(order, kind="stable"), folder / "runs.csv")
+    write_csv(found.evaluations, folder / "evaluations.csv")
+    write_csv(found.cycles, folder / "cycles.csv")
     _write_policies(found, folder / "policies")
     say("drawing the figures")
     for name, figure in _figures(found).items():

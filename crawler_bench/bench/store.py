@@ -138,15 +138,22 @@ def publish(folder: Path) -> Iterator[Path]:
 def replace(folder: Path) -> Iterator[Path]:
     """Give a folder to write into that takes the place of `folder` when the block ends well."""
     folder.parent.mkdir(parents=True, exist_ok=True)
-    draft = Path(tempfile.mkdtemp(prefix=f".partial-{folder.name}-", dir=folder.parent))
+    draft, old = (
+        Path(tempfile.mkdtemp(prefix=f".partial-{folder.name}-", dir=folder.parent)) for _ in range(2)
+    )
     try:
         draft.chmod(0o755)
         yield draft
         if folder.exists():
-            folder.rename(tempfile.mkdtemp(prefix=f".partial-{folder.name}-old-", dir=folder.parent))
-        draft.rename(folder)
+            folder.rename(old)
+        try:
+            draft.rename(folder)
+        except OSError:
+            if not folder.exists():
+                old.rename(folder)
+            raise
     finally:
-        for left in folder.parent.glob(f".partial-{folder.name}-*"):
+        for left in (draft, old):
             shutil.rmtree(left, ignore_errors=True)
 
 

@@ -25,11 +25,6 @@ from crawler_bench.physics.parameters import CrawlerParameters
 SIGNS = {Verdict.REPRODUCED.value: "✔", Verdict.PARTLY.value: "◐", Verdict.NOT.value: "✘"}
 
 
-def write_csv(frame: pd.DataFrame, path: Path) -> None:
-    """Write a frame with nine significant digits: the same numbers give the same bytes."""
-    frame.to_csv(path, index=False, float_format="%.9g")
-
-
 def claims_table(claims: pd.DataFrame) -> str:
     """The claims as a Markdown table: claim, source, paper, ours with its interval, n, verdict."""
     rows = pd.DataFrame({

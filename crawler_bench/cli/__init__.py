@@ -3,6 +3,7 @@
 import typer
 
 from crawler_bench.cli import benchmark, installation, paper, readings, runs
+from crawler_bench.cli.options import find_modules_here
 from crawler_bench.console import one_line_errors
 
 app = typer.Typer(
@@ -23,4 +24,5 @@ app.command()(installation.doctor)
 def main() -> None:
     """Entry point of the command `crawler-bench`."""
     with one_line_errors():
+        find_modules_here()
         app()

@@ -109,7 +109,7 @@ def tune(
     quiet: Quiet = False,
 ) -> None:
     """Search an agent's settings with Optuna; interrupted, the same command goes on."""
-    from crawler_bench.bench.tables import write_csv
+    from crawler_bench.bench.frames import write_csv
     from crawler_bench.bench.tuning import tune as search
     from crawler_bench.config import to_yaml
     from crawler_bench.experiments import config_folder, load_tuning, parse_assignments
@@ -129,32 +129,50 @@ def _entries(
     preset: Preset, only: list[str], added: list[str], seeds: str | None, set_: list[str]
 ) -> "list[Experiment]":
     """What is compared: configs/bench, or part of it, and what the user adds; sized by the preset."""
-    from crawler_bench.config import ConfigError, nearest, override, parse_seeds
-    from crawler_bench.experiments import config_folder, load_experiment, load_overrides, parse_assignments
+    from crawler_bench.bench.benchmark import require_comparable
+    from crawler_bench.config import ConfigError, nearest, parse_seeds
+    from crawler_bench.experiments import (
+        config_folder,
+        load_entry,
+        load_experiment,
+        load_overrides,
+        parse_assignments,
+    )
 
     known = {path.stem: path for path in sorted((config_folder() / "bench").glob("*.yaml"))}
     for name in only:
         if name not in known:
             raise ConfigError(f"--only {name}: no such entry{nearest(name, list(known))}")
-    entries = [load_experiment(path) for name, path in known.items() if not only or name in only]
     template = load_experiment(known["qlearning"])
+    entries = [load_experiment(path) for name, path in known.items() if not only or name in only]
     entries += [
-        load_experiment(Path(name)) if name.endswith((".yaml", ".yml")) else _added(name, template)
+        load_entry(Path(name), template) if name.endswith((".yaml", ".yml")) else _added(name, template)
         for name in added
     ]
-    names = [entry.name for entry in entries]
-    if doubled := {name for name in names if names.count(name) > 1}:
-        raise ConfigError(f"{', '.join(sorted(doubled))} would be compared twice")
     small = load_overrides(config_folder() / "benchmark-smoke.yaml") if preset is Preset.smoke else {}
-    own_seeds = parse_seeds(seeds or small.pop("seeds", None)) if seeds or "seeds" in small else None
-    overrides = small | parse_assignments(set_)
-    sized = []
-    for entry in entries:
-        # What learns nothing has no number of decisions to change.
-        mine = {key: value for key, value in overrides.items() if entry.run.decisions or key != "decisions"}
-        run = override(entry.run, {"agent": agent_spec(entry.run.agent)} | mine, entry.name)
-        sized.append(entry.model_copy(update={"run": run} | ({"seeds": own_seeds} if own_seeds else {})))
+    chosen = seeds or small.pop("seeds", None)
+    own_seeds = parse_seeds(chosen) if chosen is not None else None
+    small.pop("seeds", None)
+    sized = [_sized(entry, own_seeds, small | parse_assignments(set_)) for entry in entries]
+    require_comparable(sized)
     return sized
+
+
+def _sized(entry: "Experiment", seeds: tuple[int, ...] | None, overrides: dict[str, Any]) -> "Experiment":
+    """An entry with other seeds and values; a value that its grid varies is no longer varied."""
+    from crawler_bench.config import override
+
+    # What learns nothing has no number of decisions to change.
+    mine = {key: value for key, value in overrides.items() if entry.run.decisions or key != "decisions"}
+    grid = dict(entry.grid)
+    for varied in entry.grid:
+        for key in (varied, varied.rpartition(".")[2]):
+            if key in mine:
+                value = mine.pop(key)
+                grid[varied] = tuple(value) if isinstance(value, list) else (value,)
+    run = override(entry.run, {"agent": agent_spec(entry.run.agent)} | mine, entry.name)
+    update: dict[str, Any] = {"run": run, "grid": grid} | ({"seeds": seeds} if seeds else {})
+    return entry.model_copy(update=update)
 
 
 def _added(name: str, template: "Experiment") -> "Experiment":

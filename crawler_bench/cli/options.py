@@ -21,6 +21,15 @@ Runs = Annotated[Path, typer.Option(help="Folder of finished runs; what is there
 Quiet = Annotated[bool, typer.Option("--quiet", help="Print results and errors only.")]
 
 
+def find_modules_here() -> None:
+    """Let agents be imported from the folder that we stand in, by worker processes as well."""
+    here = str(Path.cwd())
+    if here not in sys.path:
+        sys.path.append(here)
+        known = os.environ.get("PYTHONPATH")
+        os.environ["PYTHONPATH"] = f"{known}{os.pathsep}{here}" if known else here
+
+
 def agents_package() -> Any:
     """Import our `agents`, which another package on PyPI is called as well."""
     import agents
@@ -34,13 +43,7 @@ def agents_package() -> Any:
 
 
 def agent_spec(name: str) -> str:
-    """The "module:Class" of an agent, which can be imported, also from the folder that we stand in."""
-    if ":" in name and str(Path.cwd()) not in sys.path:
-        sys.path.append(str(Path.cwd()))
-        # For worker processes.
-        os.environ["PYTHONPATH"] = os.pathsep.join(
-            filter(None, [os.environ.get("PYTHONPATH"), str(Path.cwd())])
-        )
+    """The "module:Class" of an agent, which can be imported."""
     spec: str = agents_package().agent_spec(name)
     agents_package().agent_class(spec)
     return spec

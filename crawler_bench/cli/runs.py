@@ -47,7 +47,8 @@ def evaluate(
     ] = None,
 ) -> None:
     """Measure trained runs or shared policies: policy table, speed, cycle duration, speed against noise."""
-    from crawler_bench.bench import sweep, tables
+    from crawler_bench.bench import sweep
+    from crawler_bench.bench.frames import write_csv
     from crawler_bench.experiments import parse_assignments
 
     overrides = {
@@ -62,7 +63,7 @@ def evaluate(
     if out is not None:
         out.mkdir(parents=True, exist_ok=True)
         for name, frame in (("runs", runs), ("evaluations", evaluations), ("cycles", cycles)):
-            tables.write_csv(frame, out / f"{name}.csv")
+            write_csv(frame, out / f"{name}.csv")
 
 
 def render(

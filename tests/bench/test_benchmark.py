@@ -7,11 +7,12 @@ import pandas as pd
 import pytest
 
 from crawler_bench.bench import evaluation, policy_files, store
-from crawler_bench.bench.benchmark import KEY, run_benchmark
+from crawler_bench.bench.benchmark import KEY, require_comparable, run_benchmark
 from crawler_bench.bench.benchmark_results import write_benchmark
+from crawler_bench.bench.frames import read_csv, rounded
 from crawler_bench.bench.remake import Hasher, remake
-from crawler_bench.bench.summary import METRICS
-from crawler_bench.config import Experiment, RunConfig, override
+from crawler_bench.bench.summary import METRICS, summarize_benchmark
+from crawler_bench.config import ConfigError, Experiment, RunConfig, override
 
 SHORT = {
     "starts": 2, "warm_up": 5, "duration": 40, "settle": 20, "gait": 60, "evaluation.noise": [0, 0.1, 0.4],
@@ -28,7 +29,7 @@ def entry(name: str, agent: str, **changes: object) -> Experiment:
 ENTRIES = [
     entry("random", "agents.reference:Random", decisions=0),
     entry("wave", "agents.reference:Wave", decisions=0),
-    entry("table", "agents.qlearning:QLearning", decisions=3000),
+    entry("table", "agents.qlearning:QLearning", decisions=6000),
     entry("deep", "agents.ppo:PPO", decisions=128, crawlers=2, **SMALL_PPO),
 ]
 
@@ -82,9 +83,10 @@ def test_gradient_updates_are_counted(made):
     updates = found.runs.groupby("agent")["gradient_updates"].unique().map(list).to_dict()
     # 2 rollouts of 64 decisions, one epoch of one batch each.
     assert updates == {"random": [0], "wave": [0], "table": [0], "deep": [2]}
-    assert set(found.curves["agent"]) == {"table", "deep"}
+    assert set(found.curves["agent"]) == {"table"}  # too few points are kept of 128 decisions
+    assert set(found.curves.groupby("seed").size()) == {2 * 6}  # one a thousand decisions
     last = found.curves.groupby(["agent", "regularization", "seed"]).last()
-    assert list(last["decisions"]["table"]) == [3000] * 4
+    assert list(last["decisions"]["table"]) == [6000] * 4
 
 
 def test_results_hold_every_cell_with_its_hash(made):
@@ -119,7 +121,10 @@ def test_a_hash_stands_for_what_decides_a_cell():
     ]  # fmt: skip
     cells += [hasher.of_run("table", "deterministic", 0.0, seed) for seed in (0, 1)]
     other = ENTRIES[2].model_copy(update={"seeds": (0, 2)})
-    longer = ENTRIES[2].model_copy(update={"run": override(ENTRIES[2].run, {"decisions": 3001}, "test")})
+    longer = ENTRIES[2].model_copy(update={"run": override(ENTRIES[2].run, {"decisions": 6001}, "test")})
+    assert hasher("table", "deterministic", 0.0, "speed") in cells
+    twin = ENTRIES[2].model_copy(update={"name": "twin"})
+    cells.append(Hasher({"twin": twin})("twin", "deterministic", 0.0, "speed"))
     for changed in (other, longer):
         cells.append(Hasher({"table": changed})("table", "deterministic", 0.0, "speed"))
     assert len(set(cells)) == len(cells)
@@ -137,12 +142,23 @@ def test_a_cell_made_anew_is_equal(made, agent, metric):
     assert again["now"].iloc[0] == cell["value"]
 
 
+def test_the_tables_follow_from_the_csvs(made):
+    """Where all runs agree an interval is no wider than the last digit: nothing may be rounded on the way."""
+    root, _ = made
+    runs, evaluations, curves, summary = (
+        read_csv(root / "out" / f"{name}.csv") for name in ("runs", "evaluations", "curves", "summary")
+    )
+    hasher = Hasher({each.name: each for each in ENTRIES})
+    again = rounded(summarize_benchmark(runs, evaluations, curves, hasher))
+    pd.testing.assert_frame_equal(again, summary, check_exact=True)
+
+
 def test_a_run_made_anew_is_equal(made):
     root, _ = made
     runs = pd.read_csv(root / "out" / "runs.csv", dtype={"hash": str, "policy": str})
     again = remake(root / "out", runs[runs["agent"] == "deep"]["hash"].iloc[-1], jobs=1, quiet=True)
     assert set(again["verdict"]) == {"equal"}
-    assert {"speed", "reward", "off_diagonal", "gradient_updates"} <= set(again["metric"])
+    assert {"speed", "reward", "off_diagonal", "gradient_updates", "policy"} <= set(again["metric"])
 
 
 def test_a_cell_that_was_changed_is_found_out(made, tmp_path):
@@ -185,6 +201,26 @@ def test_a_failing_agent_is_listed_and_stops_nothing(tmp_path):
     assert failures["error"].str.contains("temperature").all()
     with pytest.raises(RuntimeError, match="all 4 runs failed"):
         run_benchmark([broken], tmp_path / "runs", jobs=1, quiet=True)
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({"decisions": 5}, "learns from 5 decisions and others from 6000"),
+        ({"n_segments": 8}, "different parameters"),
+        ({"evaluation.noise": [0]}, "different evaluation"),
+    ],
+)
+def test_only_what_is_measured_alike_is_compared(changes, said):
+    other = entry("other", "agents.qlearning:QLearning", **{"decisions": 6000} | changes)
+    require_comparable(ENTRIES[:3])
+    with pytest.raises(ConfigError, match=said):
+        require_comparable([*ENTRIES[:3], other])
+    with pytest.raises(ConfigError, match="table would be compared twice"):
+        require_comparable([*ENTRIES[:3], ENTRIES[2]])
+    varied = ENTRIES[2].model_copy(update={"name": "varied", "grid": {"settings.learning_rate": (0.1, 0.2)}})
+    with pytest.raises(ConfigError, match="may hold environment"):
+        require_comparable([*ENTRIES[:3], varied])
 
 
 def test_policies_travel_as_files(made, tmp_path):

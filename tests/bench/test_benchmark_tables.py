@@ -9,6 +9,7 @@ import pandas as pd
 import pytest
 
 from crawler_bench.bench import benchmark_tables, tables
+from crawler_bench.bench.frames import write_csv
 from crawler_bench.bench.latex import latex
 from crawler_bench.bench.pairwise import compare
 from crawler_bench.bench.summary import summarize_benchmark
@@ -56,7 +57,7 @@ def results(summary, pairs, tmp_path_factory):
     folder = tmp_path_factory.mktemp("results") / "benchmark"
     folder.mkdir()
     for name, frame in {"summary": summary, "pairs": pairs, "runs": RUNS}.items():
-        tables.write_csv(frame, folder / f"{name}.csv")
+        write_csv(frame, folder / f"{name}.csv")
     read = {
         name: pd.read_csv(folder / f"{name}.csv", dtype={"policy": str, "hash": str})
         for name in ("summary", "pairs", "runs")

@@ -10,6 +10,7 @@ from agents.reference import Random, Wave
 from crawler_bench.bench.metrics import speed
 from crawler_bench.bench.policies import DRAWS, action_table, believed_policy
 from crawler_bench.bench.rollout import rollout
+from crawler_bench.config import ConfigError
 from crawler_bench.envs.crawler import CrawlerEnv
 from crawler_bench.envs.sb3 import CrawlerVecEnv
 from crawler_bench.physics.parameters import CrawlerParameters
@@ -102,6 +103,41 @@ def test_a_secretive_policy_is_counted():
     np.testing.assert_array_equal(table[0], [0, 1, 0])
     np.testing.assert_allclose(table[1:, :2], 0.5, atol=5 * 0.5 / np.sqrt(DRAWS))
     np.testing.assert_array_equal(action_table(Coin(), 3), np.eye(3)[[1, 0, 0]])
+
+
+class Wrong:
+    """Answers as it is told to."""
+
+    def __init__(self, answer):
+        self.answer = answer
+
+    def predict(self, observation, state=None, episode_start=None, deterministic=True):
+        return self.answer(observation), state
+
+
+@pytest.mark.parametrize(
+    "answer",
+    [
+        lambda seen: seen - 1,
+        lambda seen: seen + 1,
+        lambda seen: seen * 0.9,
+        lambda seen: seen[:, None],
+        lambda seen: 3,
+        lambda seen: int(seen),
+    ],
+    ids=["negative", "too large", "no whole numbers", "two axes", "one for all", "one at a time"],
+)
+def test_an_answer_that_is_no_action_is_refused(answer):
+    with pytest.raises(ConfigError, match=r"Wrong\.predict"):
+        action_table(Wrong(answer), N)
+
+
+@pytest.mark.parametrize("told", [lambda: None, np.ones((3, 3)), np.eye(4), np.full((3, 3), np.nan)])
+def test_probabilities_that_are_none_are_refused(told):
+    agent = Coin()
+    agent.action_probabilities = told
+    with pytest.raises(ConfigError, match=r"Coin\.action_probabilities must be an array of 3 rows of 3"):
+        action_table(agent, 3)
 
 
 def test_asking_for_the_policy_does_not_disturb_the_learning(ppo):

@@ -7,6 +7,7 @@ import pandas as pd
 import pytest
 
 from crawler_bench.bench import tables
+from crawler_bench.bench.frames import write_csv
 from crawler_bench.config import EnvironmentConfig, EvaluationConfig
 from crawler_bench.physics.parameters import CrawlerParameters
 
@@ -41,8 +42,8 @@ RUNS = pd.DataFrame({
 
 @pytest.fixture
 def results(tmp_path):
-    tables.write_csv(CLAIMS, tmp_path / "claims.csv")
-    tables.write_csv(RUNS, tmp_path / "runs.csv")
+    write_csv(CLAIMS, tmp_path / "claims.csv")
+    write_csv(RUNS, tmp_path / "runs.csv")
     return tmp_path
 
 
@@ -53,7 +54,7 @@ def rows(markdown: str) -> list[list[str]]:
 
 
 def test_csv_has_nine_digits(tmp_path):
-    tables.write_csv(pd.DataFrame({"x": [1 / 3, 1e-12], "n": [1, 2]}), tmp_path / "x.csv")
+    write_csv(pd.DataFrame({"x": [1 / 3, 1e-12], "n": [1, 2]}), tmp_path / "x.csv")
     assert (tmp_path / "x.csv").read_text() == "x,n\n0.333333333,1\n1e-12,2\n"
 
 
