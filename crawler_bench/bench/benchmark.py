@@ -22,6 +22,7 @@ REGULARIZATION = "environment.regularization"
 MODES = ("deterministic", "stochastic")
 WINDOWS = 64  # of a learning curve; fewer where fewer points were recorded
 FEWEST_WINDOWS = 5
+CURVE = ["agent", "regularization", "seed", "decisions", "gradient_updates", "speed", "policy"]
 
 
 @dataclass(frozen=True)
@@ -192,4 +193,4 @@ def learning_curves(outcomes: Sequence[Outcome]) -> pd.DataFrame:
             "speed": np.diff(distance) / np.where(elapsed > 0, elapsed, np.nan),
             "policy": learning["policy"].to_numpy()[np.searchsorted(decisions, ends[1:], side="right") - 1],
         }))  # fmt: skip
-    return pd.concat(curves, ignore_index=True) if curves else pd.DataFrame()
+    return pd.concat(curves, ignore_index=True) if curves else pd.DataFrame(columns=CURVE)
