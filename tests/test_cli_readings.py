@@ -3,8 +3,9 @@
 import pytest
 from typer.testing import CliRunner
 
-from crawler_bench.bench.readings_results import read_readings, require_ours
+from crawler_bench.bench.readings_results import read_readings
 from crawler_bench.cli import app
+from crawler_bench.cli.options import require_ours
 
 
 def test_help_names_what_it_does():
@@ -37,7 +38,7 @@ def test_rows_cannot_be_checked_without_a_table(tmp_path):
 
 
 def test_a_folder_of_something_else_is_left_alone(tmp_path):
-    require_ours(tmp_path / "new")
+    require_ours(tmp_path / "new", "readings", "readings.csv")
     (tmp_path / "thesis.tex").write_text("years of work")
     with pytest.raises(ValueError, match="was not written by"):
-        require_ours(tmp_path)
+        require_ours(tmp_path, "readings", "readings.csv")

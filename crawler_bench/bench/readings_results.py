@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 
 from crawler_bench.bench import identifiability, readings_figures, store, style
-from crawler_bench.bench.frames import write_csv
+from crawler_bench.bench.frames import DIGITS, write_csv
 from crawler_bench.bench.latex import latex
 from crawler_bench.bench.open_fields import FIELDS, GIVEN
 from crawler_bench.bench.readings import Reading
@@ -19,7 +19,6 @@ from crawler_bench.bench.readings_tables import ranking, to_markdown
 from crawler_bench.bench.scoring import rescored
 
 CAPTION = "Readings of what the paper leaves open, by rank; variations of what it gives follow without one."
-DIGITS = 9  # significant ones in which a score that is made again must agree
 
 
 def write(study: Study, folder: Path, started: float, say: Callable[[str], None]) -> pd.DataFrame:
@@ -101,15 +100,3 @@ def check(laboratory: Laboratory, folder: Path, seeds: Sequence[int], number: in
             for a, b in zip(frame["score"], frame["again"], strict=True)
         ]
     )
-
-
-def require_ours(folder: Path) -> None:
-    """Refuse, before anything is computed, a folder that results should not go into.
-
-    Raises:
-        ValueError: if it holds something else.
-    """
-    if folder.is_file() or (
-        folder.is_dir() and any(folder.iterdir()) and not (folder / "readings.csv").is_file()
-    ):
-        raise ValueError(f"{folder} was not written by `crawler-bench readings`; choose another with --out")

@@ -1,6 +1,5 @@
 """The commands that compare agents: benchmark, reproduce-cell, tune."""
 
-from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -9,6 +8,7 @@ import typer
 from crawler_bench.cli.options import (
     RUNS,
     Jobs,
+    Preset,
     Quiet,
     Runs,
     Seeds,
@@ -24,13 +24,6 @@ if TYPE_CHECKING:
 
 RESULTS = Path("results/benchmark")
 SIDE_BY_SIDE = 8  # crawlers that an added agent of Stable-Baselines3 learns from
-
-
-class Preset(StrEnum):
-    """Sizes of the benchmark."""
-
-    full = "full"
-    smoke = "smoke"
 
 
 def benchmark(
@@ -150,9 +143,9 @@ def _entries(
         for name in added
     ]
     small = load_overrides(config_folder() / "benchmark-smoke.yaml") if preset is Preset.smoke else {}
-    chosen = seeds or small.pop("seeds", None)
+    small_seeds = small.pop("seeds", None)
+    chosen = seeds or small_seeds
     own_seeds = parse_seeds(chosen) if chosen is not None else None
-    small.pop("seeds", None)
     sized = [_sized(entry, own_seeds, small | parse_assignments(set_)) for entry in entries]
     require_comparable(sized)
     return sized

@@ -3,6 +3,7 @@
 import errno
 import os
 import sys
+from enum import StrEnum
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -19,6 +20,13 @@ Seeds = Annotated[
 Jobs = Annotated[int, typer.Option(min=0, help="Parallel processes; 0 is one a core.")]
 Runs = Annotated[Path, typer.Option(help="Folder of finished runs; what is there is not run again.")]
 Quiet = Annotated[bool, typer.Option("--quiet", help="Print results and errors only.")]
+
+
+class Preset(StrEnum):
+    """Sizes of a study."""
+
+    full = "full"
+    smoke = "smoke"
 
 
 def find_modules_here() -> None:
@@ -47,6 +55,16 @@ def agent_spec(name: str) -> str:
     spec: str = agents_package().agent_spec(name)
     agents_package().agent_class(spec)
     return spec
+
+
+def evaluation_overrides(set_: list[str] | None) -> dict[str, Any]:
+    """What --set says of an evaluation, by dotted key; the section may be left out."""
+    from crawler_bench.experiments import parse_assignments
+
+    return {
+        f"evaluation.{key.removeprefix('evaluation.')}": value
+        for key, value in parse_assignments(set_ or []).items()
+    }
 
 
 def require_ours(folder: Path, command: str, witness: str) -> None:

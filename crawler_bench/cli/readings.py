@@ -2,25 +2,17 @@
 
 import tempfile
 import time
-from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from crawler_bench.cli.options import RUNS, Jobs, Quiet, Runs, agent_spec
+from crawler_bench.cli.options import RUNS, Jobs, Preset, Quiet, Runs, agent_spec, require_ours
 from crawler_bench.console import console, print_frame, teller
 
 if TYPE_CHECKING:
     from crawler_bench.bench.readings_presets import Size
     from crawler_bench.bench.readings_study import Laboratory
-
-
-class Preset(StrEnum):
-    """Sizes of the study."""
-
-    full = "full"
-    smoke = "smoke"
 
 
 def readings(
@@ -94,10 +86,10 @@ def _study(laboratory: "Laboratory", size: "Size", folder: Path) -> None:
     from crawler_bench.bench.readings_decision import conduct
     from crawler_bench.bench.readings_frames import SHOWN
     from crawler_bench.bench.readings_presets import SMOKE
-    from crawler_bench.bench.readings_results import require_ours, write
+    from crawler_bench.bench.readings_results import write
 
     started = time.time()
-    require_ours(folder)
+    require_ours(folder, "readings", "readings.csv")
     study = conduct(laboratory, size.readings(), size)
     print_frame(write(study, folder, started, teller(laboratory.quiet))[SHOWN].head(20))
     print_frame(study.confirmation())

@@ -5,7 +5,15 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from crawler_bench.cli.options import RUNS, Quiet, Seeds, Set, agent_spec, agents_package
+from crawler_bench.cli.options import (
+    RUNS,
+    Quiet,
+    Seeds,
+    Set,
+    agent_spec,
+    agents_package,
+    evaluation_overrides,
+)
 from crawler_bench.console import console, notes, print_frame, teller
 
 if TYPE_CHECKING:
@@ -49,12 +57,8 @@ def evaluate(
     """Measure trained runs or shared policies: policy table, speed, cycle duration, speed against noise."""
     from crawler_bench.bench import sweep
     from crawler_bench.bench.frames import write_csv
-    from crawler_bench.experiments import parse_assignments
 
-    overrides = {
-        f"evaluation.{key.removeprefix('evaluation.')}": value
-        for key, value in parse_assignments(set_ or []).items()
-    }
+    overrides = evaluation_overrides(set_)
     runs, evaluations, cycles = sweep.tabulate([_measure(path, overrides) for path in run])
     print_frame(runs[["run", "policy", "speed", "speed_moving", "stall_share", "cycle_duration", "cycles"]])
     noisy = evaluations.pivot_table(index="experiment", columns="noise", values="speed", sort=False)
@@ -74,11 +78,8 @@ def render(
 ) -> None:
     """Film the gait of a trained run (GIF, MP4) and draw its positions, strains and forces (PNG, SVG)."""
     from crawler_bench.bench import animation, figures
-    from crawler_bench.experiments import parse_assignments
 
-    measured = _measure(
-        run, {f"evaluation.{key}": value for key, value in parse_assignments(set_ or []).items()}
-    )
+    measured = _measure(run, evaluation_overrides(set_))
     say = teller(quiet)
     record = measured.evaluation.gait
     folder = out or Path("results/rendered") / measured.name
