@@ -14,15 +14,14 @@ import numpy as np
 import pandas as pd
 
 from crawler_bench.bench.evaluation import read_evaluation
+from crawler_bench.bench.frames import LEARNER, MODES, RUN, action_columns
 from crawler_bench.bench.sweep import Cell, Outcome, read_outcomes, run_cells
 from crawler_bench.config import ConfigError, Experiment, override
 
-KEY = ["agent", "mode", "regularization", "seed"]
 REGULARIZATION = "environment.regularization"
-MODES = ("deterministic", "stochastic")
 WINDOWS = 64  # of a learning curve; fewer where fewer points were recorded
 FEWEST_WINDOWS = 5
-CURVE = ["agent", "regularization", "seed", "decisions", "gradient_updates", "speed", "policy"]
+CURVE = [*LEARNER, "decisions", "gradient_updates", "speed", "policy"]
 
 
 @dataclass(frozen=True)
@@ -106,7 +105,7 @@ def collect(found: dict[str, list[Outcome]]) -> Benchmark:
             names.get((agent, mode)) for agent, mode in zip(frame["agent"], frame["mode"], strict=True)
         ]
         return (
-            frame.assign(mode=named).dropna(subset="mode").sort_values(KEY, kind="stable", ignore_index=True)
+            frame.assign(mode=named).dropna(subset="mode").sort_values(RUN, kind="stable", ignore_index=True)
         )
 
     frames = [measured(outcomes, mode) for mode, outcomes in found.items()]
@@ -125,7 +124,7 @@ def collect(found: dict[str, list[Outcome]]) -> Benchmark:
 
 
 def measured(outcomes: Sequence[Outcome], mode: str) -> list[pd.DataFrame]:
-    """Runs, evaluations and cycles, keyed as KEY says."""
+    """Runs, evaluations and cycles, keyed as RUN says."""
     frames = []
     for frame in read_outcomes(outcomes):
         keyed = frame.drop(columns="agent", errors="ignore").rename(columns={"experiment": "agent"})
@@ -140,11 +139,11 @@ def _tables(outcomes: Sequence[Outcome], mode: str) -> pd.DataFrame:
         if outcome.evaluation is not None:
             table = read_evaluation(outcome.evaluation).table
             frame = pd.DataFrame(table, columns=[f"p_{action}" for action in range(table.shape[1])])
-            key = zip(KEY, (*_key(outcome)[:1], mode, *_key(outcome)[1:]), strict=True)
+            key = zip(RUN, (*_key(outcome)[:1], mode, *_key(outcome)[1:]), strict=True)
             frames.append(
                 pd.DataFrame(dict(key), index=frame.index).assign(observation=frame.index).join(frame)
             )
-    return pd.concat(frames, ignore_index=True) if frames else pd.DataFrame(columns=KEY)
+    return pd.concat(frames, ignore_index=True) if frames else pd.DataFrame(columns=RUN)
 
 
 def _names(tables: pd.DataFrame) -> dict[tuple[str, str], str]:
@@ -152,7 +151,7 @@ def _names(tables: pd.DataFrame) -> dict[tuple[str, str], str]:
     names = {}
     key = ["regularization", "seed", "observation"]
     for agent, rows in tables.groupby("agent"):
-        probabilities = [column for column in rows if str(column).startswith("p_")]
+        probabilities = action_columns(rows)
         one, other = (rows[rows["mode"] == mode].set_index(key)[probabilities] for mode in MODES)
         one, other = one.align(other, join="inner", axis=0)  # a run may have failed in one mode
         if len(one) and np.array_equal(one, other):

@@ -19,6 +19,7 @@ from crawler_bench.bench.benchmark_style import (
     regularizations,
     short,
 )
+from crawler_bench.bench.frames import action_columns
 from crawler_bench.bench.kymographs import GAIT_DURATION
 from crawler_bench.bench.record import Record
 from crawler_bench.bench.style import (
@@ -91,7 +92,7 @@ def policy_matrices(tables: pd.DataFrame, runs: pd.DataFrame) -> Figure:
 
 
 def _mean_table(tables: pd.DataFrame) -> Array:
-    probabilities = [column for column in tables if str(column).startswith("p_")]
+    probabilities = action_columns(tables)
     return tables.groupby("observation")[probabilities].mean().to_numpy(np.float64)
 
 

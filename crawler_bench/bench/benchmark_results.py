@@ -12,10 +12,10 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from crawler_bench.bench import benchmark_figures, figures, store
-from crawler_bench.bench.benchmark import KEY, Benchmark
+from crawler_bench.bench.benchmark import Benchmark
 from crawler_bench.bench.benchmark_tables import cost_sentence, write_tables
 from crawler_bench.bench.evaluation import read_evaluation
-from crawler_bench.bench.frames import read_csv, rounded, write_csv
+from crawler_bench.bench.frames import RUN, action_columns, read_csv, rounded, write_csv
 from crawler_bench.bench.pairwise import compare
 from crawler_bench.bench.policy_files import Policy, write_policy
 from crawler_bench.bench.record import Record
@@ -35,7 +35,7 @@ from crawler_bench.config import Experiment, to_yaml
 Array = NDArray[np.float64]
 
 EXPLAINED_STARTS = 4
-EVALUATED = [*KEY, "noise", "start", "speed", "reward", "stalled"]  # what evaluations.csv keeps of a start
+EVALUATED = [*RUN, "noise", "start", "speed", "reward", "stalled"]  # what evaluations.csv keeps of a start
 
 
 def write_benchmark(
@@ -85,7 +85,7 @@ def overview(folder: Path) -> pd.DataFrame:
 
 def _frames(found: Benchmark, hasher: Hasher) -> dict[str, pd.DataFrame]:
     runs = found.runs.assign(
-        hash=[hasher.of_run(*row) for row in found.runs[KEY].itertuples(index=False, name=None)]
+        hash=[hasher.of_run(*row) for row in found.runs[RUN].itertuples(index=False, name=None)]
     )
     # Summed up from what the CSVs hold, so that anyone who reads them gets the same to the last digit.
     runs, evaluations, curves = (
@@ -153,7 +153,7 @@ def _is_mode(found: Benchmark, agent: str, mode: str, outcome: Outcome) -> bool:
 def _write_policies(found: Benchmark, shown: dict[Key, Outcome], folder: Path) -> None:
     """The run in the middle of every agent and regularization, with its tables in all modes."""
     folder.mkdir()
-    probabilities = [column for column in found.tables if str(column).startswith("p_")]
+    probabilities = action_columns(found.tables)
     written = set()
     for (agent, _, regularization), outcome in shown.items():
         if (agent, regularization) in written or outcome.folder is None:

@@ -10,7 +10,6 @@ from matplotlib.lines import Line2D
 
 from crawler_bench.bench import stats
 from crawler_bench.bench.benchmark_style import (
-    MODES,
     REFERENCES,
     SPEED_LABEL,
     SPEED_SCALE,
@@ -20,6 +19,7 @@ from crawler_bench.bench.benchmark_style import (
     regularizations,
     short,
 )
+from crawler_bench.bench.frames import MODES
 from crawler_bench.bench.style import BLUE, INK, ORANGE, Array, new_figure, tidy
 
 MODE_LOOKS = {MODES[0]: (BLUE, "o"), MODES[1]: (ORANGE, "D")}

@@ -11,11 +11,11 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from crawler_bench.bench import stats
+from crawler_bench.bench.frames import MODES
 from crawler_bench.bench.style import BLUE, GREY, INK, RED, Array
 
 SPEED_SCALE = 1e3  # speeds are drawn in 10^-3 L / tau_theta
 SPEED_LABEL = r"speed ($10^{-3}\,L/\tau_\theta$)"
-MODES = ("deterministic", "stochastic")
 REFERENCES = {"random": (GREY, "--"), "wave": (INK, "-.")}  # lines to hold all others against, where present
 
 # Okabe and Ito's colours without yellow and black, then darker ones of Tol's "muted".

@@ -6,10 +6,9 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from crawler_bench.bench.frames import LEARNER, RUN
 
-RUN = ["agent", "mode", "regularization", "seed"]  # what a run and the mode of its evaluation are known by
-LEARNER = ["agent", "regularization", "seed"]  # a run learns once, however it is evaluated
+Array = NDArray[np.float64]
 
 SMOOTHING = 5  # windows of a learning curve that are averaged, two on each side
 FINAL = 0.1  # share of the windows, at the end, whose mean is the final speed

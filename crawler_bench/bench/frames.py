@@ -1,12 +1,20 @@
-"""Frames as CSV files: the same numbers give the same bytes, and names that look like numbers stay names."""
+"""The frames of a benchmark: what their rows are known by, and how they become CSV files and come back."""
 
 import io
 from pathlib import Path
 
 import pandas as pd
 
+MODES = ("deterministic", "stochastic")
+RUN = ["agent", "mode", "regularization", "seed"]  # what a run and the mode of its evaluation are known by
+LEARNER = ["agent", "regularization", "seed"]  # a run learns once, however it is evaluated
 DIGITS = 9  # significant ones
 _TEXT = {name: str for name in ("agent", "mode", "policy", "hash", "run")}
+
+
+def action_columns(tables: pd.DataFrame) -> list[str]:
+    """Columns of a frame of policy tables that hold the probabilities of the actions."""
+    return [str(column) for column in tables if str(column).startswith("p_")]
 
 
 def write_csv(frame: pd.DataFrame, path: Path | io.StringIO) -> None:

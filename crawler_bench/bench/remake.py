@@ -15,8 +15,8 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from crawler_bench.bench.benchmark import KEY, in_mode, learning_curves, measured
-from crawler_bench.bench.frames import read_csv, rounded
+from crawler_bench.bench.benchmark import in_mode, learning_curves, measured
+from crawler_bench.bench.frames import RUN, read_csv, rounded
 from crawler_bench.bench.store import NotARunError
 from crawler_bench.bench.summary import summarize_benchmark
 from crawler_bench.bench.sweep import Cell, run_cells
@@ -139,7 +139,7 @@ def _replaced(old: pd.DataFrame, new: pd.DataFrame) -> pd.DataFrame:
     """The old rows, but those of runs that are new."""
     if new.empty:
         return old
-    key = [name for name in KEY if name in old and name in new]
+    key = [name for name in RUN if name in old and name in new]
     gone = old.set_index(key).index.isin(new.set_index(key).index)
     joined = pd.concat([old[~gone], new[[name for name in old if name in new]]])
     return joined.sort_values(key, kind="stable", ignore_index=True)
@@ -148,7 +148,7 @@ def _replaced(old: pd.DataFrame, new: pd.DataFrame) -> pd.DataFrame:
 def _compare_runs(row: "pd.Series[Any]", new: "pd.Series[Any]") -> pd.DataFrame:
     """Every number of a run, and its policy, before and now: a single run is equal or different."""
     rows = []
-    for name in row.index.drop([*KEY, "hash", "run"]):
+    for name in row.index.drop([*RUN, "hash", "run"]):
         before, now = row[name], new.get(name)
         same = before == now or (pd.isna(before) and name in new and pd.isna(now))
         key = {each: row[each] for each in ("agent", "mode", "regularization")}

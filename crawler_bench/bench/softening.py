@@ -25,6 +25,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from crawler_bench.bench import metrics
+from crawler_bench.bench.frames import LEARNER, MODES, action_columns
 from crawler_bench.bench.record import Record
 from crawler_bench.bench.rollout import rollout
 from crawler_bench.config import EvaluationConfig
@@ -32,11 +33,10 @@ from crawler_bench.physics.parameters import CrawlerParameters
 
 Array = NDArray[np.float64]
 
-RUN = ["agent", "regularization", "seed"]
 TEMPERATURES = (0.0, *(2.0**power for power in range(-5, 6)), np.inf)
 SETTLED = 0.75  # share of a crawl after which an observation that no longer changes is said to be for good
 TRAP = 0.5  # share of starts from which on a pair is called a trap
-_DETERMINISTIC, _STOCHASTIC = "deterministic", "stochastic"
+_DETERMINISTIC, _STOCHASTIC = MODES
 
 
 def soften(table: Array, temperature: float) -> Array:
@@ -94,7 +94,7 @@ def speed_against_temperature(
             speed = float(np.mean([metrics.speed(record) for record in records]))
             stalled = float(np.mean([metrics.stalls(record) for record in records]))
             rows.append((*run, temperature, speed, stalled))
-    return pd.DataFrame(rows, columns=[*RUN, "temperature", "speed", "stall_share"])
+    return pd.DataFrame(rows, columns=[*LEARNER, "temperature", "speed", "stall_share"])
 
 
 def traps(parameters: CrawlerParameters, config: EvaluationConfig) -> Array:
@@ -133,7 +133,7 @@ def stuck_observations(tables: pd.DataFrame, shares: Array) -> pd.DataFrame:
     for run, table in policies(tables, _DETERMINISTIC):
         chosen = table.argmax(axis=1)
         rows.append((*run, int((shares[np.arange(chosen.size), chosen] >= TRAP).sum())))
-    return pd.DataFrame(rows, columns=[*RUN, "stuck"])
+    return pd.DataFrame(rows, columns=[*LEARNER, "stuck"])
 
 
 def absorptions(
@@ -154,7 +154,7 @@ def absorptions(
             absorbed, last = _is_settled(seen), int(seen[-1])
             time = float(record.time[_arrival(seen)]) if absorbed else float("nan")
             rows.append((*run, start, absorbed, metrics.stalls(record), last, int(chosen[last]), time))
-    columns = [*RUN, "start", "absorbed", "stalled", "observation", "action", "time"]
+    columns = [*LEARNER, "start", "absorbed", "stalled", "observation", "action", "time"]
     return pd.DataFrame(rows, columns=columns)
 
 
@@ -178,7 +178,7 @@ def escapes(
     """
     stochastic = dict(policies(tables, _STOCHASTIC))
     rows = []
-    for key, ends in absorbed.groupby(RUN):
+    for key, ends in absorbed.groupby(LEARNER):
         run = _run(key)
         if run not in stochastic or not ends["absorbed"].any():
             continue
@@ -197,13 +197,13 @@ def escapes(
                 left / spent if spent else float("nan"), before.mean(),
             ))  # fmt: skip
     columns = ["observation", "action", "starts", "time", "other_action", "leaving_rate", "occupancy"]
-    return pd.DataFrame(rows, columns=[*RUN, *columns])
+    return pd.DataFrame(rows, columns=[*LEARNER, *columns])
 
 
 def policies(tables: pd.DataFrame, mode: str) -> Iterator[tuple[tuple[str, float, int], Array]]:
     """The (N, N) policy of every run in a mode, by agent, regularization and seed."""
-    probabilities = [column for column in tables if str(column).startswith("p_")]
-    for key, rows in tables[tables["mode"] == mode].groupby(RUN):
+    probabilities = action_columns(tables)
+    for key, rows in tables[tables["mode"] == mode].groupby(LEARNER):
         yield _run(key), rows.sort_values("observation")[probabilities].to_numpy(np.float64)
 
 

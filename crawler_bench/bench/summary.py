@@ -9,7 +9,8 @@ import numpy as np
 import pandas as pd
 
 from crawler_bench.bench import stats
-from crawler_bench.bench.curves import LEARNER, RUN, learning_decisions, noise_area, noise_curves
+from crawler_bench.bench.curves import learning_decisions, noise_area, noise_curves
+from crawler_bench.bench.frames import LEARNER, RUN
 from crawler_bench.bench.metrics import ORDERLY
 from crawler_bench.bench.stats import Estimate
 

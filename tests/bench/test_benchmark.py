@@ -7,9 +7,9 @@ import pandas as pd
 import pytest
 
 from crawler_bench.bench import evaluation, policy_files, store
-from crawler_bench.bench.benchmark import KEY, require_comparable, run_benchmark
+from crawler_bench.bench.benchmark import require_comparable, run_benchmark
 from crawler_bench.bench.benchmark_results import write_benchmark
-from crawler_bench.bench.frames import read_csv, rounded
+from crawler_bench.bench.frames import RUN, read_csv, rounded
 from crawler_bench.bench.remake import Hasher, remake
 from crawler_bench.bench.summary import METRICS, summarize_benchmark
 from crawler_bench.config import ConfigError, Experiment, RunConfig, override
@@ -257,4 +257,4 @@ def test_an_unmodified_contributed_agent_trains_by_name(tmp_path):
     found = run_benchmark([quantiles], tmp_path, jobs=1, quiet=True)
     assert not found.failures
     assert sorted(found.runs["mode"]) == ["deterministic", "stochastic"]
-    assert found.runs[KEY].drop_duplicates().shape[0] == 2
+    assert found.runs[RUN].drop_duplicates().shape[0] == 2
