@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from crawler_bench.envs.randomness import State, random
-from crawler_bench.envs.transition import RUNNING, Memory, Task, begin, decide, unpack
+from crawler_bench.envs.transition import RUNNING, Memory, Packed, begin, decide
 from crawler_bench.physics.compilation import kernel
 
 
@@ -38,7 +38,7 @@ def learn_on_crawler(
     end_is_terminal: bool,
     rng: State,
     memory: Memory,
-    task: Task,
+    task: Packed,
     env_rng: State,
 ) -> int:
     """The loop of `QLearning.learn` on the crawler, compiled; gives the same Q to the last bit."""
@@ -68,5 +68,5 @@ def learn_on_crawlers(
     for i in range(Q.shape[0]):
         o[i] = learn_on_crawler(
             Q[i], o[i], n_decisions[i], alpha[i], gamma[i], end_is_terminal[i], rng[i], memory[i],
-            unpack(tasks[i]), env_rng[i],
+            tasks[i], env_rng[i],
         )  # fmt: skip

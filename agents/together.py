@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 from agents.loop import learn_on_crawlers
 from agents.qlearning import Callback, QLearning
 from crawler_bench.envs.randomness import live_state
-from crawler_bench.envs.transition import pack
 
 
 def learn_together(
@@ -83,7 +82,7 @@ def _learn(agents: Sequence[QLearning], n_decisions: NDArray[np.int64], pool: Ex
         np.array([agent.end_is_terminal for agent in agents]),
         generators,
         memories,
-        np.array([pack(crawler.task) for crawler in crawlers]),
+        np.array([crawler.task for crawler in crawlers]),
         env_generators,
     )
     bounds = [len(agents) * part // threads for part in range(threads + 1)]

@@ -7,11 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from crawler_bench.envs.randomness import State
-from crawler_bench.envs.transition import RUNNING, Memory, Task, begin, decide
-from crawler_bench.physics.coefficients import Coefficients
+from crawler_bench.envs.transition import RUNNING, Memory, Packed, begin, decide
 from crawler_bench.physics.compilation import kernel
-from crawler_bench.physics.crawler import act
-from crawler_bench.physics.layout import STATE_ROWS, WORK
 
 Array = NDArray[np.float64]
 
@@ -48,7 +45,7 @@ def solve_tridiagonal(lower: Array, diagonal: Array, upper: Array, sides: Array,
 
 
 @kernel
-def crawl(memory: Memory, task: Task, actions: NDArray[np.int64], rng: State, n_decisions: int) -> int:
+def crawl(memory: Memory, task: Packed, actions: NDArray[np.int64], rng: State, n_decisions: int) -> int:
     """Decide again and again.
 
     Args:
@@ -72,7 +69,7 @@ def crawl(memory: Memory, task: Task, actions: NDArray[np.int64], rng: State, n_
 
 
 @kernel
-def record_diagonal(memory: Memory, task: Task, rng: State, n_decisions: int) -> NDArray[np.int64]:
+def record_diagonal(memory: Memory, task: Packed, rng: State, n_decisions: int) -> NDArray[np.int64]:
     """The actions that the diagonal policy, action = observation, takes from rest, (n_decisions,)."""
     actions = np.empty(n_decisions, dtype=np.int64)
     observation = begin(memory, task, rng)
@@ -83,9 +80,9 @@ def record_diagonal(memory: Memory, task: Task, rng: State, n_decisions: int) ->
 
 
 @kernel
-def replay(memory: Memory, actions: NDArray[np.int64], n_steps: int, k: Coefficients, n_rounds: int) -> None:
-    """The physics alone: a fixed sequence of actions, from rest, again and again."""
+def replay(memory: Memory, task: Packed, actions: NDArray[np.int64], rng: State, n_rounds: int) -> None:
+    """A fixed sequence of actions, from rest, again and again."""
     for _ in range(n_rounds):
-        memory[:STATE_ROWS] = 0.0
+        begin(memory, task, rng)
         for action in actions:
-            act(memory[:STATE_ROWS], memory[WORK:], action, n_steps, k)
+            decide(memory, action, task, rng)

@@ -17,7 +17,8 @@ from benchmarks.crawlers import (
 )
 from benchmarks.loops import replay, solve_tridiagonal
 from benchmarks.measure import Effort, Row, Side, compare
-from crawler_bench.physics.coefficients import coefficients
+from crawler_bench.envs.randomness import live_state
+from crawler_bench.envs.transition import make_task
 from crawler_bench.physics.layout import make_memory
 
 STEPS_PER_SOLVE = 0.5
@@ -61,8 +62,9 @@ def exact_against_stepped(effort: Effort) -> list[Row]:
 
 def _replayed(integrator: str, actions: NDArray[np.int64]) -> tuple[Any, float]:
     parameters = body(integrator)
-    memory, k = make_memory(parameters.n_segments), coefficients(parameters)
-    return lambda n: replay(memory, actions, STEPS, k, n), float(actions.size)
+    memory, task = make_memory(parameters.n_segments), make_task(parameters)
+    rng = np.random.default_rng(0)
+    return lambda n: replay(memory, task, actions, live_state(rng), n), float(actions.size)
 
 
 def batch_against_one(effort: Effort) -> list[Row]:

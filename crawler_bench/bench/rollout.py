@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from crawler_bench.bench.record import Record
 from crawler_bench.envs.randomness import State, live_state, random
-from crawler_bench.envs.transition import Memory, Task, begin, decide, make_task
+from crawler_bench.envs.transition import Memory, Packed, begin, decide, make_task, report
 from crawler_bench.physics.compilation import kernel
 from crawler_bench.physics.layout import DISPLACEMENT, FORCE, POWER, VELOCITY, make_memory
 from crawler_bench.physics.parameters import CrawlerParameters
@@ -66,14 +66,14 @@ def _crawl(
     memory: Memory,
     observation: int,
     cumulative: Array,
-    task: Task,
+    task: Packed,
     noise_rng: State,
     policy_rng: State,
     samples: Array,
     actions: NDArray[np.int64],
 ) -> int:
     """Follow a table of cumulative action probabilities; fill `samples` and `actions`."""
-    _sample(memory, samples[0])
+    _sample(memory, task, samples[0])
     for t in range(actions.size):
         row = cumulative[observation]
         drawn, action = random(policy_rng) * row[-1], 0
@@ -81,12 +81,13 @@ def _crawl(
             action += 1
         observation = decide(memory, action, task, noise_rng).observation
         actions[t] = action
-        _sample(memory, samples[t + 1])
+        _sample(memory, task, samples[t + 1])
     return observation
 
 
 @kernel
-def _sample(memory: Memory, page: Array) -> None:
+def _sample(memory: Memory, task: Packed, page: Array) -> None:
     """Write displacement, velocity, force and power of every node."""
+    report(memory, task)
     page[0], page[1] = memory[DISPLACEMENT], memory[VELOCITY]
     page[2], page[3] = memory[FORCE], memory[POWER]

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from crawler_bench.envs.transition import RUNNING, begin, decide, make_task, pack, unpack
+from crawler_bench.envs.transition import RUNNING, begin, decide, make_task, report
 from crawler_bench.physics.compilation import kernel
 from crawler_bench.physics.layout import ROWS
 from crawler_bench.physics.parameters import CrawlerParameters
@@ -69,7 +69,7 @@ class CrawlerBatch:
         self.parameters = given
         if len({each.n_segments for each in given}) > 1:
             raise ValueError("all crawlers of a batch need the same n_segments")
-        self.tasks = np.array([pack(make_task(*each)) for each in settings])
+        self.tasks = np.array([make_task(*each) for each in settings])
         self.n_segments = given[0].n_segments
         self.memory = np.zeros((num_envs, ROWS, self.n_segments + 1))
         self.generators = np.zeros((num_envs, 4), dtype=np.uint64)
@@ -102,6 +102,10 @@ class CrawlerBatch:
             self.memory, actions, self.tasks, self.generators, self.observation, self.outcome, self.end
         )
 
+    def report(self) -> None:
+        """Write all of the state of each crawler, and its power, to its memory."""
+        _report_all(self.memory, self.tasks)
+
     def begin_ended(self) -> None:
         """Put every crawler whose episode has ended to rest and observe it."""
         _begin_ended(self.memory, self.tasks, self.generators, self.observation, self.outcome, self.end)
@@ -128,7 +132,13 @@ def _begin_all(
     memory: Array, tasks: Array, generators: NDArray[np.uint64], observation: NDArray[np.int64]
 ) -> None:
     for i in range(memory.shape[0]):
-        observation[i] = begin(memory[i], unpack(tasks[i]), generators[i])
+        observation[i] = begin(memory[i], tasks[i], generators[i])
+
+
+@kernel
+def _report_all(memory: Array, tasks: Array) -> None:
+    for i in range(memory.shape[0]):
+        report(memory[i], tasks[i])
 
 
 @kernel
@@ -142,7 +152,7 @@ def _begin_ended(
 ) -> None:
     for i in range(memory.shape[0]):
         if end[i] != RUNNING:
-            observation[i] = begin(memory[i], unpack(tasks[i]), generators[i])
+            observation[i] = begin(memory[i], tasks[i], generators[i])
             outcome[i] = 0.0
             end[i] = RUNNING
 
@@ -159,7 +169,7 @@ def _decide_all(
 ) -> int:
     n_ended = 0
     for i in range(memory.shape[0]):
-        made = decide(memory[i], actions[i], unpack(tasks[i]), generators[i])
+        made = decide(memory[i], actions[i], tasks[i], generators[i])
         observation[i], end[i] = made.observation, made.end
         outcome[i, REWARD], outcome[i, DISPLACED] = made.reward, made.displacement
         outcome[i, GRADIENT], outcome[i, CENTROID] = made.gradient, made.centroid

@@ -7,10 +7,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from crawler_bench.envs.randomness import live_state
-from crawler_bench.envs.transition import END_NAMES, RUNNING, begin_packed, decide_packed, make_task, pack
+from crawler_bench.envs.transition import END_NAMES, RUNNING, begin, decide_and_report, make_task, report
 from crawler_bench.physics.layout import (
     DISPLACEMENT,
     EPISODE_DECISIONS,
+    EPOCH,
     FORCE,
     LIFETIME_DECISIONS,
     LIFETIME_DISTANCE,
@@ -19,6 +20,7 @@ from crawler_bench.physics.layout import (
     STATE_ROWS,
     STRAIN,
     VELOCITY,
+    WORK,
     make_memory,
 )
 from crawler_bench.physics.parameters import CrawlerParameters
@@ -124,7 +126,6 @@ class CrawlerEnv(gym.Env[np.int64, np.int64]):
         self.render_mode = render_mode
         self.task = make_task(self.parameters, regularization, noise, episode_distance, time_limit)
         self.memory = make_memory(self.parameters.n_segments)
-        self._packed_task = pack(self.task)
         self.observation_space = gym.spaces.Discrete(self.parameters.n_segments)
         self.action_space = gym.spaces.Discrete(self.parameters.n_segments)
         self._viewed_generator: np.random.Generator | None = None
@@ -134,7 +135,7 @@ class CrawlerEnv(gym.Env[np.int64, np.int64]):
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, Info]:
         """Put the crawler to rest and observe it; `options` has no meaning here."""
         super().reset(seed=seed)
-        observation = begin_packed(self.memory, self._packed_task, self.generator_state)
+        observation = begin(self.memory, self.task, self.generator_state)
         if self.render_mode == "human":
             self.render()
         return observation, self._info(0.0, 0.0, 0.0, RUNNING)
@@ -148,8 +149,8 @@ class CrawlerEnv(gym.Env[np.int64, np.int64]):
         if not self.action_space.contains(action):
             last = self.parameters.n_segments - 1
             raise ValueError(f"action {action!r} is not possible: it must be a whole number from 0 to {last}")
-        observation, reward, displacement, gradient, centroid, end = decide_packed(
-            self.memory, int(action), self._packed_task, self.generator_state
+        observation, reward, displacement, gradient, centroid, end = decide_and_report(
+            self.memory, int(action), self.task, self.generator_state
         )
         if self.render_mode == "human":
             self.render()
@@ -187,9 +188,11 @@ class CrawlerEnv(gym.Env[np.int64, np.int64]):
 
     def get_state(self) -> dict[str, Any]:
         """Everything that decides the future, as plain values that JSON can hold exactly."""
+        report(self.memory, self.task)
         return {
             "state": self.memory[:STATE_ROWS].tolist(),
             "odometer": self.memory[ODOMETER, :3].tolist(),
+            "course": self.memory[EPOCH:WORK].tolist(),
             "generator": self.np_random.bit_generator.state,
         }
 
@@ -197,6 +200,7 @@ class CrawlerEnv(gym.Env[np.int64, np.int64]):
         """Go on from what `get_state` gave, in this or another process."""
         self.memory[:STATE_ROWS] = snapshot["state"]
         self.memory[ODOMETER, :3] = snapshot["odometer"]
+        self.memory[EPOCH:WORK] = snapshot["course"]
         self.memory[STRAIN, :-1] = np.diff(self.memory[DISPLACEMENT])
         self.np_random.bit_generator.state = snapshot["generator"]
 

@@ -13,7 +13,7 @@ from stable_baselines3.common.vec_env import VecEnv
 from stable_baselines3.common.vec_env.base_vec_env import VecEnvIndices
 
 from crawler_bench.envs.batch import REWARD, CrawlerBatch
-from crawler_bench.envs.transition import END_NAMES, make_task, pack
+from crawler_bench.envs.transition import END_NAMES, make_task
 from crawler_bench.envs.vector import check_actions
 from crawler_bench.physics.layout import LIFETIME_DECISIONS, LIFETIME_DISTANCE, ODOMETER
 from crawler_bench.physics.parameters import CrawlerParameters
@@ -138,7 +138,7 @@ class CrawlerVecEnv(VecEnv):
             if attr_name in SETTINGS:
                 attributes[attr_name] = float(value)
                 settings = (attributes[name] for name in SETTINGS)
-                self.crawlers.tasks[i] = pack(make_task(attributes["parameters"], *settings))
+                self.crawlers.tasks[i] = make_task(attributes["parameters"], *settings)
             self._attributes[i] = attributes
 
     def env_method(

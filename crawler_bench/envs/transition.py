@@ -11,26 +11,28 @@ import numpy as np
 from numpy.typing import NDArray
 
 from crawler_bench.envs.randomness import State, random
+from crawler_bench.physics import course
 from crawler_bench.physics.coefficients import Coefficients, coefficients
-from crawler_bench.physics.compilation import step_kernel
+from crawler_bench.physics.compilation import inner_kernel, step_kernel
 from crawler_bench.physics.crawler import act, centroid, net_muscle_force, strain_gradient, strains
 from crawler_bench.physics.layout import (
     DISPLACEMENT,
     EPISODE_DECISIONS,
+    EPOCH,
     FORCE,
+    IS_LAID,
     LIFETIME_DECISIONS,
     LIFETIME_DISTANCE,
     ODOMETER,
     POWER,
-    STATE_ROWS,
     STRAIN,
     VELOCITY,
-    WORK,
 )
 from crawler_bench.physics.parameters import CrawlerParameters
 from crawler_bench.physics.response import Relaxation, Response
 
 Memory = NDArray[np.float64]  # (ROWS, N + 1), see physics/layout.py
+Packed = NDArray[np.float64]  # (n,) a task as kernels take it, see `pack`
 
 RUNNING, DISTANCE, TIME = range(3)
 END_NAMES = (None, "distance", "time")
@@ -64,8 +66,11 @@ def make_task(
     noise: float = 0.0,
     episode_distance: float = math.inf,
     time_limit: float = math.inf,
-) -> Task:
+) -> Packed:
     """Prepare a task for the kernels; without limits, the episode never ends.
+
+    Returns:
+        (n,) the task; `unpack` tells what is in it.
 
     Raises:
         ValueError: if a number is not possible.
@@ -74,7 +79,7 @@ def make_task(
     _require_at_least_zero("noise", noise)
     _require_positive("episode_distance", episode_distance)
     _require_positive("time_limit", time_limit)
-    return Task(
+    return pack(Task(
         steps_per_decision=parameters.steps_per_decision,
         regularization=float(regularization),
         noise=float(noise),
@@ -82,7 +87,7 @@ def make_task(
         # The last decision may begin before the time limit, never at it; rounding must not add one.
         episode_decisions=float(np.ceil(time_limit / parameters.decision_interval * (1 - 1e-12))),
         k=coefficients(parameters),
-    )
+    ))  # fmt: skip
 
 
 def _require_at_least_zero(name: str, value: float) -> None:
@@ -95,16 +100,16 @@ def _require_positive(name: str, value: float) -> None:
         raise ValueError(f"{name} = {value!r} is not possible: it must be a number above 0")
 
 
-def pack(task: Task) -> NDArray[np.float64]:
-    """A task as one array, (n,), which costs less to hand to a kernel; `unpack` undoes it."""
+def pack(task: Task) -> Packed:
+    """A task as one array, (n,), which costs less to hand from kernel to kernel; `unpack` undoes it."""
     flat: list[float] = []
     for value in (*task[:-1], *task.k):
         flat.extend(value) if isinstance(value, tuple) else flat.append(value)
     return np.array(flat, dtype=np.float64)
 
 
-@step_kernel
-def unpack(c: NDArray[np.float64]) -> Task:
+@inner_kernel
+def unpack(c: Packed) -> Task:
     """Undo `pack`."""
     return Task(
         int(c[0]), c[1], c[2], c[3], c[4],
@@ -112,47 +117,47 @@ def unpack(c: NDArray[np.float64]) -> Task:
             c[5] != 0.0, c[6], c[7], c[8], c[9], c[10], c[11], c[12] != 0.0, c[13], c[14], c[15], c[16],
             c[17], c[18], c[19] != 0.0, c[20], c[21], c[22], c[23], c[24], c[25], c[26], c[27],
             Relaxation(c[28], c[29], c[30], c[31], c[32], c[33], c[34] != 0.0, c[35], c[36], c[37]),
-            Response(c[38], c[39], c[40], c[41], c[42], c[43]), c[44], c[45], c[46], c[47],
+            Response(c[38], c[39], c[40], c[41], c[42], c[43]), c[44], c[45],
+            Response(c[46], c[47], c[48], c[49], c[50], c[51]), c[52], c[53], c[54],
         ),
     )  # fmt: skip
 
 
 @step_kernel
-def begin(memory: Memory, task: Task, rng: State) -> int:
+def begin(memory: Memory, packed: Packed, rng: State) -> int:
     """Put the crawler back to rest, undeformed, and observe it.
 
     Args:
         memory: changed in place; the lifetime entries of the odometer stay.
-        task: the task.
+        packed: the task.
         rng: breaks ties, draws the noise.
 
     Returns:
         The observation.
     """
-    memory[:STATE_ROWS] = 0.0
-    memory[STRAIN] = 0.0
-    memory[POWER] = 0.0
+    memory[: STRAIN + 1] = 0.0
     memory[ODOMETER, EPISODE_DECISIONS] = 0.0
-    return observe(memory, task, rng)
+    memory[EPOCH, IS_LAID] = 0.0
+    return observe(memory, unpack(packed), rng)
 
 
 @step_kernel
-def decide(memory: Memory, action: int, task: Task, rng: State) -> Decision:
+def decide(memory: Memory, action: int, packed: Packed, rng: State) -> Decision:
     """Hold one neuron ON for a decision interval.
 
     Args:
-        memory: changed in place.
+        memory: changed in place; `report` completes it.
         action: the neuron, 0 to N - 1.
-        task: the task.
+        packed: the task.
         rng: breaks ties, draws the noise.
     """
+    task = unpack(packed)
     u, odometer = memory[DISPLACEMENT], memory[ODOMETER]
     before = centroid(u)
-    act(memory[:STATE_ROWS], memory[WORK:], action, task.steps_per_decision, task.k)
+    act(memory, action, task.steps_per_decision, task.k)
     after = centroid(u)
     displacement, gradient = after - before, strain_gradient(u)
     strains(u, memory[STRAIN])
-    _measure_power(memory, task.k)
     odometer[EPISODE_DECISIONS] += 1.0
     odometer[LIFETIME_DECISIONS] += 1.0
     odometer[LIFETIME_DISTANCE] += displacement
@@ -167,27 +172,28 @@ def decide(memory: Memory, action: int, task: Task, rng: State) -> Decision:
 
 
 @step_kernel
-def decide_packed(memory: Memory, action: int, packed: NDArray[np.float64], rng: State) -> Decision:
-    """`decide` with a packed task, to be called from Python."""
-    return decide(memory, action, unpack(packed), rng)
+def decide_and_report(memory: Memory, action: int, packed: Packed, rng: State) -> Decision:
+    """`decide` and `report` in one call from Python."""
+    made = decide(memory, action, packed, rng)
+    report(memory, packed)
+    return made
 
 
 @step_kernel
-def begin_packed(memory: Memory, packed: NDArray[np.float64], rng: State) -> int:
-    """`begin` with a packed task, to be called from Python."""
-    return begin(memory, unpack(packed), rng)
+def report(memory: Memory, packed: Packed) -> None:
+    """Write all of the state, and the power of every node: net muscle force times speed [M20, eq. 13].
 
-
-@step_kernel
-def _measure_power(memory: Memory, k: Coefficients) -> None:
-    """Write the power of every node: net muscle force times speed [M20, eq. 13]."""
+    The decisions to come do not depend on it, so that those who only decide need not pay for it.
+    """
+    k = unpack(packed).k
+    course.report(memory, k)
     power, velocity = memory[POWER], memory[VELOCITY]
     net_muscle_force(memory[FORCE], power, k)
     for j in range(power.size):
         power[j] = abs(power[j] * velocity[j])
 
 
-@step_kernel
+@inner_kernel
 def observe(memory: Memory, task: Task, rng: State) -> int:
     """Index of the segment that is sensed as most contracted [M20, eq. 9], ties broken at random.
 

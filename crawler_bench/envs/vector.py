@@ -125,6 +125,7 @@ class CrawlerVectorEnv(VectorEnv[Any, Any, Any]):
 
     def _infos(self) -> Info:
         crawlers = self.crawlers
+        crawlers.report()
         pages = crawlers.memory[:, VELOCITY : STRAIN + 1].copy()
         outcome = crawlers.outcome.copy()
         return {

@@ -40,7 +40,9 @@ class Coefficients(NamedTuple):
     limited_force_gain: float  # force after dt of a drive above 1
     times: Relaxation
     end: Response  # the responses at the end of a decision
-    longest: float  # time after which an event makes the exact integrator count anew
+    longest: float  # time after an epoch at which the exact integrator begins another
+    horizon: float  # the decisions that fit into it, or one
+    far: Response  # the responses then
     tolerance: float  # of events
     negligible: float  # drive or force below which a muscle is at rest
     contraction_sign: float  # of the strain whose argmax is observed (reading `observation`)
@@ -51,6 +53,8 @@ def coefficients(parameters: CrawlerParameters, tolerance: float = EVENT_TOLERAN
     p = parameters
     times = relaxation(p.tau_m, p.tau_f, p.damping)
     turn = p.neuron_rate * p.decision_interval
+    longest = _LONGEST * min(p.tau_m, p.tau_f, p.damping)
+    horizon = p.decision_interval * max(1, math.floor(longest / p.decision_interval))
     return Coefficients(
         exact=p.integrator == "exact",
         dt=p.dt,
@@ -77,7 +81,9 @@ def coefficients(parameters: CrawlerParameters, tolerance: float = EVENT_TOLERAN
         limited_force_gain=-p.muscle_force_max * math.expm1(-p.dt / p.tau_f),
         times=times,
         end=respond(p.decision_interval, times),
-        longest=_LONGEST * min(p.tau_m, p.tau_f, p.damping),
+        longest=longest,
+        horizon=horizon,
+        far=respond(horizon, times),
         tolerance=tolerance,
         negligible=NEGLIGIBLE,
         contraction_sign=1.0 if p.observation == "most_contracted" else -1.0,

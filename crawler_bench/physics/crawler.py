@@ -14,7 +14,7 @@ from crawler_bench.physics.body import balance_forces
 from crawler_bench.physics.coefficients import Coefficients
 from crawler_bench.physics.compilation import inner_kernel, step_kernel
 from crawler_bench.physics.exact import cross_decision
-from crawler_bench.physics.layout import DISPLACEMENT, DRIVE, FORCE, NEURON, SLIP, VELOCITY
+from crawler_bench.physics.layout import DISPLACEMENT, DRIVE, FORCE, NEURON, SLIP, STATE_ROWS, VELOCITY, WORK
 from crawler_bench.physics.muscle import (
     any_leaves_limiter,
     leaves_limiter,
@@ -27,37 +27,21 @@ from crawler_bench.physics.sliding import eliminate, factorize, substitute
 
 # Rows of the scratch memory: force on each node, factors of the sliding nodes, time of each neuron's spike.
 LOAD, PIVOT, FRICTION, SPIKE = range(4)
-BEFORE = 10  # and six rows for the state before a decision, behind those of the exact integrator
 
 
-@step_kernel
-def act(
-    state: NDArray[np.float64], work: NDArray[np.float64], action: int, n_steps: int, k: Coefficients
-) -> None:
+@inner_kernel
+def act(memory: NDArray[np.float64], action: int, n_steps: int, k: Coefficients) -> None:
     """Hold one neuron ON for a decision interval, by the integrator that the parameters name.
 
     Args:
-        state: (6, N + 1), changed in place.
-        work: (16, N + 1) scratch.
+        memory: (ROWS, N + 1), changed in place: where the body is then; `course.report` writes the rest.
         action: the neuron that is ON, 0 to N - 1; neuron N (tail) is ON whenever neuron 0 is [M20, eq. 10].
         n_steps: steps of dt in a decision; the exact integrator takes none.
         k: coefficients.
     """
-    if not k.exact:
-        advance(state, work, action, n_steps, k)
+    if k.exact and cross_decision(memory, action, k):
         return
-    before = work[BEFORE:]
-    _copy(state, before)
-    if not cross_decision(state, work, action, k):
-        _copy(before, state)
-        advance(state, work, action, n_steps, k)
-
-
-@step_kernel
-def _copy(source: NDArray[np.float64], target: NDArray[np.float64]) -> None:
-    for row in range(source.shape[0]):
-        for i in range(source.shape[1]):
-            target[row, i] = source[row, i]
+    advance(memory[:STATE_ROWS], memory[WORK:], action, n_steps, k)
 
 
 @step_kernel
@@ -68,7 +52,7 @@ def advance(
 
     Args:
         state: (6, N + 1), changed in place.
-        work: (16, N + 1) scratch.
+        work: (WORK_ROWS, N + 1) scratch.
         action: the neuron that is ON, 0 to N - 1; neuron N (tail) is ON whenever neuron 0 is [M20, eq. 10].
         n_steps: number of steps of dt.
         k: coefficients.

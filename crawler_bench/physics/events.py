@@ -5,6 +5,7 @@ is stuck, its velocity in the direction of sliding (times c) while it slides. ex
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,79 +13,103 @@ from numpy.typing import NDArray
 from crawler_bench.physics.body import BACKWARD, FORWARD, STUCK
 from crawler_bench.physics.coefficients import Coefficients
 from crawler_bench.physics.compilation import inner_kernel, step_kernel
+from crawler_bench.physics.layout import (
+    LEAVE_AT,
+    NET,
+    NET_F,
+    NET_R,
+    NEVER,
+    ORIGIN,
+    SLIP,
+    W_F,
+    W_R,
+    W,
+)
 from crawler_bench.physics.response import Relaxation, Response, respond
 
-Rows = NDArray[np.float64]
+Memory = NDArray[np.float64]
 
-# Rows of the workspace: net muscle force and w, each as its parts that are constant, go as e_f, go as r_f.
-NET, NET_F, NET_R, W, W_F, W_R, PIVOT, SPIKE_AT, LIMIT_AT, LEAVE_AT = range(10)
 _PASSES = 100
 _QUADRATIC = 1e-2  # safety on the error of a Newton step, which is about its square
 
 
+class Sights(NamedTuple):
+    """How far ahead one looks, and the responses there."""
+
+    until: float  # the end of the decision
+    end: Response
+    horizon: float  # the end of the last decision before the next epoch
+    far: Response
+
+
 @inner_kernel
 def watch(
-    u: Rows,
-    slip: Rows,
-    work: Rows,
-    low: int,
-    high: int,
-    clock: float,
-    now: Response,
-    until: float,
-    end: Response,
-    patient: bool,
+    memory: Memory, low: int, high: int, clock: float, now: Response, sights: Sights, patient: bool,
     k: Coefficients,
-) -> None:
-    """Note when each node from `low` to `high` leaves its state; infinity if not before the end."""
-    leave_at = work[LEAVE_AT]
-    span, suspects = until - clock, 0
+) -> None:  # fmt: skip
+    """Note when to look at each node from `low` to `high` again: when it leaves its state, or might.
+
+    Not before the horizon, if it surely stays that long; else not before the end of the decision, if it stays
+    so long; else it does leave then.
+    """
+    leave_at = memory[LEAVE_AT]
     for i in range(low, high + 1):
-        sliding = slip[i] != STUCK
-        p, q_f, q_r = _slide(u, slip, work, i) if sliding else _hold(u, work, i)
+        sliding = memory[SLIP, i] != STUCK
+        p, q_f, q_r = _slide(memory, i) if sliding else _hold(memory, i)
         start, slope = _height(p, q_f, q_r, sliding, now), _slope(q_f, q_r, now, k.times.rate_f)
-        at_end, last_slope = _height(p, q_f, q_r, sliding, end), _slope(q_f, q_r, end, k.times.rate_f)
-        # Where it may turn in between, it goes at most as far as its first slope takes it.
-        monotone, far = slope * last_slope >= 0.0, start + slope * span
-        if sliding:
-            far -= start * (1.0 - end.e_c)
-            stays = (min(start, at_end) > k.tolerance) & (monotone | (slope > 0.0) | (far > 0.0))
+        if _stays(p, q_f, q_r, sliding, start, slope, sights.horizon - clock, sights.far, k):
+            leave_at[i] = NEVER
+        elif _stays(p, q_f, q_r, sliding, start, slope, sights.until - clock, sights.end, k):
+            leave_at[i] = sights.until
         else:
-            highest, lowest = max(start, at_end), min(start, at_end)
-            stays = (highest < k.forward - k.tolerance) & (lowest > k.tolerance - k.backward)
-            stays &= monotone | ((far < k.forward) & (far > -k.backward))
-        leave_at[i] = np.inf
-        if not stays:
-            suspects += 1
-            leave_at[i] = -np.inf  # to be looked at below
-    if suspects == 0:
-        return
-    for i in range(low, high + 1):
-        if leave_at[i] < 0.0:
-            sliding, limits = slip[i] != STUCK, 1
-            p, q_f, q_r = _slide(u, slip, work, i) if sliding else _hold(u, work, i)
-            if not sliding:
-                p, limits = k.backward + p, 2
-            leave_at[i] = np.inf
-            for _ in range(limits):
-                time = exit_time(p, q_f, q_r, sliding, clock, now, until, end, patient, k)
-                leave_at[i] = min(leave_at[i], time)
-                p, q_f, q_r = k.forward + k.backward - p, -q_f, -q_r  # the distance to the other limit
+            leave_at[i] = _leaves(p, q_f, q_r, sliding, clock, now, sights, patient, k)
 
 
 @inner_kernel
-def _slide(u: Rows, slip: Rows, work: Rows, i: int) -> tuple[float, float, float]:
+def _stays(
+    p: float, q_f: float, q_r: float, sliding: bool, start: float, slope: float, span: float, end: Response,
+    k: Coefficients,
+) -> bool:  # fmt: skip
+    """Whether a node surely keeps its state from now on for a while."""
+    at_end, last_slope = _height(p, q_f, q_r, sliding, end), _slope(q_f, q_r, end, k.times.rate_f)
+    # Where it may turn in between, it goes at most as far as its first slope takes it.
+    monotone, far = slope * last_slope >= 0.0, start + slope * span
+    if sliding:
+        far -= start * (1.0 - end.e_c)
+        return bool((min(start, at_end) > k.tolerance) & (monotone | (slope > 0.0) | (far > 0.0)))
+    highest, lowest = max(start, at_end), min(start, at_end)
+    inside = (highest < k.forward - k.tolerance) & (lowest > k.tolerance - k.backward)
+    return bool(inside & (monotone | ((far < k.forward) & (far > -k.backward))))
+
+
+@step_kernel
+def _leaves(
+    p: float, q_f: float, q_r: float, sliding: bool, clock: float, now: Response, sights: Sights,
+    patient: bool, k: Coefficients,
+) -> float:  # fmt: skip
+    """When a node leaves its state, at the latest at the end of the decision."""
+    until, end = sights.until, sights.end
+    if sliding:
+        return min(until, exit_time(p, q_f, q_r, True, clock, now, until, end, patient, k))
+    backward = exit_time(k.backward + p, q_f, q_r, False, clock, now, until, end, patient, k)
+    forward = exit_time(k.forward - p, -q_f, -q_r, False, clock, now, until, end, patient, k)
+    return min(until, backward, forward)
+
+
+@inner_kernel
+def _slide(memory: Memory, i: int) -> tuple[float, float, float]:
     """Velocity of a node in the direction in which it slides, times c, as its parts; see `exit_time`."""
-    return slip[i] * (work[W, i] - u[i]), slip[i] * work[W_F, i], slip[i] * work[W_R, i]
+    slip = memory[SLIP, i]
+    return slip * (memory[W, i] - memory[ORIGIN, i]), slip * memory[W_F, i], slip * memory[W_R, i]
 
 
 @inner_kernel
-def _hold(u: Rows, work: Rows, i: int) -> tuple[float, float, float]:
+def _hold(memory: Memory, i: int) -> tuple[float, float, float]:
     """The force that holds a stuck node, as its parts."""
-    above, below = max(i - 1, 0), min(i + 1, u.size - 1)  # at an end: the node itself, where w is u
-    held = work[NET, i] + (work[W, above] + work[W, below] - 2.0 * u[i])
-    held_f = work[NET_F, i] + work[W_F, above] + work[W_F, below]
-    return held, held_f, work[NET_R, i] + work[W_R, above] + work[W_R, below]
+    above, below = max(i - 1, 0), min(i + 1, memory.shape[1] - 1)  # at an end: the node itself, where w is u
+    held = memory[NET, i] + (memory[W, above] + memory[W, below] - 2.0 * memory[ORIGIN, i])
+    held_f = memory[NET_F, i] + memory[W_F, above] + memory[W_F, below]
+    return held, held_f, memory[NET_R, i] + memory[W_R, above] + memory[W_R, below]
 
 
 @inner_kernel
@@ -214,21 +239,20 @@ def _root(
 
 
 @inner_kernel
-def switch(u: Rows, slip: Rows, work: Rows, node: int, now: Response, k: Coefficients) -> None:
+def switch(memory: Memory, node: int, now: Response, k: Coefficients) -> None:
     """Stop a sliding node, or let a stuck one go in the direction in which it is overloaded.
 
     With the last stuck node gone, nothing would resist rigid motion: the body jumps to the velocity at which
     the slowest node that slides the other way sticks. (Unless friction balances: see `exact.cross_decision`.)
     """
+    u, slip, last = memory[ORIGIN], memory[SLIP], memory.shape[1] - 1
     if slip[node] != STUCK:
         slip[node] = STUCK
         return
-    constant, last = work[NET, node], u.size - 1
-    pull = constant + work[NET_F, node] * now.e_f + work[NET_R, node] * now.r_f
+    pull = memory[NET, node] + memory[NET_F, node] * now.e_f + memory[NET_R, node] * now.r_f
     for neighbour in (node - 1, node + 1):
         if 0 <= neighbour <= last:
-            w = work[W, neighbour] + work[W_F, neighbour] * now.e_f + work[W_R, neighbour] * now.r_f
-            pull += w - u[node]
+            pull += _w(memory, neighbour, now) - u[node]
     direction = FORWARD if pull > 0.5 * (k.forward - k.backward) else BACKWARD
     slowest, best = -1, np.inf
     for i in range(last + 1):
@@ -236,9 +260,15 @@ def switch(u: Rows, slip: Rows, work: Rows, node: int, now: Response, k: Coeffic
             slip[node] = direction
             return
         if slip[i] == -direction:
-            w = work[W, i] + work[W_F, i] * now.e_f + work[W_R, i] * now.r_f
-            if abs(w - u[i]) < best:
-                slowest, best = i, abs(w - u[i])
+            distance = abs(_w(memory, i, now) - u[i])
+            if distance < best:
+                slowest, best = i, distance
     if slowest >= 0:
         slip[slowest] = STUCK
         slip[node] = direction
+
+
+@inner_kernel
+def _w(memory: Memory, i: int, now: Response) -> float:
+    """What node i relaxes towards; where it is, if it is stuck."""
+    return float(memory[W, i] + memory[W_F, i] * now.e_f + memory[W_R, i] * now.r_f)

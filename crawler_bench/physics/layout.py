@@ -3,7 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
-# The state proper, which decides the future ...
+# The state as of now. The exact integrator keeps DISPLACEMENT and SLIP up to date and writes the other rows
+# when asked (`course.report`) ...
 DISPLACEMENT, SLIP, NEURON, DRIVE, VELOCITY, FORCE = range(6)
 STATE_ROWS = 6
 # ... what follows from it: power of each node, strain of each segment (the last entry means nothing) ...
@@ -12,10 +13,23 @@ POWER, STRAIN = 6, 7
 # few for it; N >= 2 has three) ...
 ODOMETER = 8
 EPISODE_DECISIONS, LIFETIME_DECISIONS, LIFETIME_DISTANCE = range(3)
-# ... and scratch for the kernels.
-WORK = 9
-WORK_ROWS = 16
+# ... the course that the exact integrator follows from event to event, see physics/course.py. Three rows of
+# single numbers: the time since the epoch and whether there is a course; and the six responses at this time ...
+EPOCH, RESPONSES = 9, 10
+CLOCK, IS_LAID = range(2)
+# ... and rows of nodes: what displacements, cotangents of half the phases of neurons, and drives would have
+# been at the epoch; force of each muscle, net muscle force on each node, and w, each as its parts that are
+# constant, go as e_f, go as r_f; and when each neuron spikes, drive falls through its limit, node is to be
+# looked at.
+ORIGIN, PHASE, CHARGE = 12, 13, 14
+PULL, PULL_F, PULL_R, NET, NET_F, NET_R, W, W_F, W_R = range(15, 24)
+SPIKE_AT, LIMIT_AT, LEAVE_AT = 24, 25, 26
+# All rows up to here decide the future; those that follow are scratch for the kernels.
+WORK = 27
+WORK_ROWS = 10
 ROWS = WORK + WORK_ROWS
+
+NEVER = 1e300  # a time that does not come; finite, so that JSON can hold it
 
 
 def make_memory(n_segments: int) -> NDArray[np.float64]:
@@ -29,5 +43,5 @@ def rest_state(n_segments: int) -> NDArray[np.float64]:
 
 
 def workspace(n_segments: int) -> NDArray[np.float64]:
-    """Scratch memory alone, shape (16, N + 1); its content means nothing between calls."""
+    """Scratch memory alone, shape (WORK_ROWS, N + 1); its content means nothing between calls."""
     return np.empty((WORK_ROWS, n_segments + 1))

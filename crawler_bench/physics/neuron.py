@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from crawler_bench.physics.compilation import inner_kernel, step_kernel
+from crawler_bench.physics.layout import NEVER
 
 NO_SPIKE = -1.0
 _JUST_PAST_INFINITY = -1e300
@@ -101,28 +102,14 @@ def _time_to_zero(V: float, rate: float) -> float:
 
 
 @inner_kernel
-def neuron_after(V: float, on: bool, turn: float, sin_turn: float, cos_turn: float) -> float:
-    """Advance one neuron by any time under a constant input, whatever spikes lie inside.
-
-    Args:
-        V: tan(theta / 2).
-        on: whether the input I is 1.
-        turn: neuron_rate times the time; half the angle that an ON neuron turns by.
-        sin_turn: its sine.
-        cos_turn: its cosine.
-    """
-    if on:
-        numerator, denominator = V * cos_turn + sin_turn, cos_turn - V * sin_turn
-    else:
-        numerator, denominator = V, 1.0 - V * turn
-    return numerator / denominator if denominator != 0.0 else _JUST_PAST_INFINITY
+def cotangent(V: float) -> float:
+    """q = 1 / V = cot(theta / 2), with which eq. 6 of a neuron that is OFF is a clock: dq/dt = -neuron_rate."""
+    return min(max(1.0 / V, -NEVER), NEVER) if V != 0.0 else NEVER
 
 
 @inner_kernel
-def first_spike(V: float, on: bool, rate: float, time: float, at_pi: bool) -> float:
-    """Time of the first spike under a constant input; infinity if it surely lies beyond `time`."""
-    if on:
-        if at_pi:
-            return (0.5 * math.pi - math.atan(V)) / rate
-        return (math.atan(-V) if V < 0.0 else math.pi - math.atan(V)) / rate
-    return 1.0 / (V * rate) if at_pi and V * rate * time > 1.0 else math.inf
+def tangent(q: float) -> float:
+    """V = 1 / q."""
+    if q == 0.0:
+        return _JUST_PAST_INFINITY
+    return 1.0 / q if q < NEVER else 0.0

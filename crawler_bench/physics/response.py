@@ -85,6 +85,19 @@ def respond(time: float, times: Relaxation) -> Response:
     return Response(e_m, e_f, r_f, e_c, s_f, time * time * times.rate_f * times.rate_c * difference)
 
 
+@inner_kernel
+def after(first: Response, then: Response) -> Response:
+    """The functions at the sum of two times, of which they are known."""
+    return Response(
+        first.e_m * then.e_m,
+        first.e_f * then.e_f,
+        first.r_f * then.e_f + first.e_m * then.r_f,
+        first.e_c * then.e_c,
+        first.s_f * then.e_c + first.e_f * then.s_f,
+        first.s_r * then.e_c + first.r_f * then.s_f + first.e_m * then.s_r,
+    )
+
+
 @step_kernel
 def _second_difference(x: float, y: float, z: float) -> float:
     """Divided difference of exp at three points, any of which may be equal."""

@@ -8,8 +8,9 @@ import pytest
 
 from crawler_bench.envs.crawler import CrawlerEnv
 from crawler_bench.envs.randomness import live_state, random
-from crawler_bench.envs.transition import make_task, pack, unpack
+from crawler_bench.envs.transition import make_task, unpack
 from crawler_bench.physics import CrawlerParameters
+from crawler_bench.physics.coefficients import coefficients
 
 
 @pytest.mark.parametrize("parameters", [
@@ -18,8 +19,9 @@ from crawler_bench.physics import CrawlerParameters
     CrawlerParameters(damping=0.7, observation="most_stretched", friction_law="literal"),
 ])  # fmt: skip
 def test_a_packed_task_is_the_task(parameters: CrawlerParameters) -> None:
-    task = make_task(parameters, 0.01, 0.2, 2.0, 1000.0)
-    assert unpack(pack(task)) == task
+    task = unpack(make_task(parameters, 0.01, 0.2, 2.0, 1000.0))
+    assert task.k == coefficients(parameters)
+    assert task[:-1] == (parameters.steps_per_decision, 0.01, 0.2, 2.0, 1000.0 / parameters.decision_interval)
 
 
 @pytest.mark.parametrize("seed", range(5))

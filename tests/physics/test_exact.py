@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from crawler_bench.physics import CrawlerParameters, exact
 from crawler_bench.physics.coefficients import EVENT_TOLERANCE, coefficients
+from crawler_bench.physics.course import report
 from crawler_bench.physics.crawler import act
 from crawler_bench.physics.layout import (
     DISPLACEMENT,
@@ -19,9 +20,9 @@ from crawler_bench.physics.layout import (
     FORCE,
     NEURON,
     SLIP,
+    STATE_ROWS,
     VELOCITY,
-    rest_state,
-    workspace,
+    make_memory,
 )
 from crawler_bench.physics.response import relaxation, respond
 from tests.physics.reference import laplacian_of_chain, net_force, simulate
@@ -43,11 +44,12 @@ READINGS: list[dict[str, Any]] = [
 
 def crawl(p: CrawlerParameters, actions: Sequence[int], tolerance: float = EVENT_TOLERANCE) -> Array:
     """State at the start and after each action: (actions + 1, 6, N + 1)."""
-    state, work, k = rest_state(p.n_segments), workspace(p.n_segments), coefficients(p, tolerance)
-    trail = [state.copy()]
+    memory, k = make_memory(p.n_segments), coefficients(p, tolerance)
+    trail = [memory[:STATE_ROWS].copy()]
     for action in actions:
-        act(state, work, int(action), p.steps_per_decision, k)
-        trail.append(state.copy())
+        act(memory, int(action), p.steps_per_decision, k)
+        report(memory, k)
+        trail.append(memory[:STATE_ROWS].copy())
     return np.array(trail)
 
 
@@ -194,13 +196,15 @@ def test_where_friction_balances_it_takes_steps() -> None:
 
 
 def test_events_without_end_are_given_up_for_steps(monkeypatch: pytest.MonkeyPatch) -> None:
-    """With no interval allowed, a decision is stepped instead, from the state that it began with."""
+    """With no event allowed, a decision is stepped instead, from the state that it began with."""
     p = CrawlerParameters()
-    state, work, k = rest_state(p.n_segments), workspace(p.n_segments), coefficients(p)
+    memory, k = make_memory(p.n_segments), coefficients(p)
     for action in drawn(p, 50):
-        act(state, work, action, p.steps_per_decision, k)
-    twin = state.copy()
-    monkeypatch.setattr(exact, "MOST_INTERVALS", 0)
-    assert not exact.cross_decision.py_func(state, work, 3, k)  # type: ignore[attr-defined]
+        act(memory, action, p.steps_per_decision, k)
+    report(memory, k)
+    twin, before = memory.copy(), memory[:STATE_ROWS].copy()
+    monkeypatch.setattr(exact, "MOST_EVENTS", -1)
+    assert not exact.cross_decision.py_func(memory, 3, k)  # type: ignore[attr-defined]
+    np.testing.assert_allclose(memory[:STATE_ROWS], before, atol=1e-13)
     monkeypatch.undo()
-    assert exact.cross_decision(twin, work, 3, k)
+    assert exact.cross_decision(twin, 3, k)

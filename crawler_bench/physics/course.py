@@ -1,0 +1,199 @@
+"""The course of muscles and body from one event to the next, in closed form, for exact.py.
+
+All times count from an *epoch*, at which responses start (see response.py). Muscle forces and net muscle
+forces are p + q e_f + r r_f. On the nodes S that slide, the force w = c du/dt + k u obeys the balance
+
+    A_SS w_S = (B f - friction)_S - A_S,stuck u_stuck,
+
+so w is such a sum too, and each displacement relaxes towards its w with time constant c / k. What changes
+course at an event is written as what it *would have been at the epoch*, had it always followed its new
+course, so that an event concerns only those that change course. Rounding errors grow with the time since the
+epoch; so, every few decisions, a new epoch begins, which changes no course, only the time it counts from.
+"""
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from crawler_bench.physics.body import FORWARD, STUCK
+from crawler_bench.physics.coefficients import Coefficients
+from crawler_bench.physics.compilation import inner_kernel, step_kernel
+from crawler_bench.physics.layout import (
+    CHARGE,
+    CLOCK,
+    DISPLACEMENT,
+    DRIVE,
+    EPOCH,
+    FORCE,
+    IS_LAID,
+    LEAVE_AT,
+    LIMIT_AT,
+    NET,
+    NET_F,
+    NET_R,
+    NEURON,
+    NEVER,
+    ORIGIN,
+    PHASE,
+    PULL,
+    PULL_F,
+    PULL_R,
+    RESPONSES,
+    SLIP,
+    SPIKE_AT,
+    VELOCITY,
+    W_F,
+    W_R,
+    WORK,
+    W,
+)
+from crawler_bench.physics.muscle import flush
+from crawler_bench.physics.neuron import cotangent, tangent
+from crawler_bench.physics.response import START, Response
+
+Memory = NDArray[np.float64]
+
+
+@inner_kernel
+def responses(memory: Memory) -> Response:
+    """The responses at the time up to which the course has been followed."""
+    first, second = memory[RESPONSES], memory[RESPONSES + 1]
+    return Response(first[0], first[1], first[2], second[0], second[1], second[2])
+
+
+@inner_kernel
+def arrive(memory: Memory, clock: float, now: Response) -> None:
+    """Note the time up to which the course has been followed."""
+    first, second = memory[RESPONSES], memory[RESPONSES + 1]
+    memory[EPOCH, CLOCK] = clock
+    first[0], first[1], first[2] = now.e_m, now.e_f, now.r_f
+    second[0], second[1], second[2] = now.e_c, now.s_f, now.s_r
+
+
+@step_kernel
+def lay(memory: Memory, k: Coefficients) -> None:
+    """Lay the course of a crawler of which the state alone is known; the epoch is now."""
+    tail = memory.shape[1] - 1
+    for i in range(tail + 1):
+        V, F, f = memory[NEURON, i], memory[DRIVE, i], memory[FORCE, i]
+        memory[ORIGIN, i] = memory[DISPLACEMENT, i]
+        memory[PHASE, i] = cotangent(V)
+        spikes = k.spike_at_pi and V > 0.0
+        memory[SPIKE_AT, i] = memory[PHASE, i] / k.neuron_rate if spikes else NEVER
+        memory[LIMIT_AT, i] = k.tau_m * math.log(F) if F > 1.0 else NEVER
+        bend(memory, i, F, f, START, k)
+    for i in range(tail + 1):
+        add_up(memory, i, k)
+    set_course(memory, 0, tail, START, k)
+    memory[LEAVE_AT] = 0.0
+    memory[EPOCH, IS_LAID] = 1.0
+    arrive(memory, 0.0, START)
+
+
+@inner_kernel
+def bend(memory: Memory, i: int, drive: float, force: float, now: Response, k: Coefficients) -> None:
+    """Put muscle i, whose drive and force now are given, on its course."""
+    memory[CHARGE, i] = charge = drive / now.e_m
+    limited = drive > 1.0
+    constant, as_r_f = (k.force_max, 0.0) if limited else (0.0, k.force_max * charge)
+    memory[PULL, i], memory[PULL_R, i] = constant, as_r_f
+    memory[PULL_F, i] = (force - constant - as_r_f * now.r_f) / now.e_f
+
+
+@inner_kernel
+def add_up(memory: Memory, i: int, k: Coefficients) -> None:
+    """Net muscle force on node i, row i of B f [M20, eq. 1-3]."""
+    for part in range(3):
+        pull, net = memory[PULL + part], memory[NET + part]
+        share = k.pull_on_head if i == 0 else 1.0
+        total = share * pull[i]
+        if i < pull.size - 1:
+            total -= pull[i + 1]
+        if i == 1:
+            total += k.pull_on_neck * pull[0]
+        net[i] = total
+
+
+@inner_kernel
+def set_course(memory: Memory, low: int, high: int, now: Response, k: Coefficients) -> None:
+    """Find w of the nodes from `low` to `high` by the Thomas algorithm; let displacements follow it.
+
+    Args:
+        memory: ORIGIN holds the displacements of these nodes as they are now; then, as they would have been.
+        low: the first node, which is at the head or stuck.
+        high: the last node, which is at the tail or stuck.
+        now: the responses.
+        k: coefficients.
+    """
+    u, slip, last, pivot = memory[ORIGIN], memory[SLIP], memory.shape[1] - 1, memory[WORK]
+    net, net_f, net_r, w, w_f, w_r = (
+        memory[NET], memory[NET_F], memory[NET_R], memory[W], memory[W_F], memory[W_R],
+    )  # fmt: skip
+    above, above_f, above_r, taken = 0.0, 0.0, 0.0, 0.0  # what row i - 1 adds, and takes off the diagonal
+    for i in range(low, high + 1):
+        if slip[i] == STUCK:
+            above, above_f, above_r, taken = u[i], 0.0, 0.0, 0.0
+        else:
+            degree = 1.0 if i == 0 or i == last else 2.0
+            friction = k.forward if slip[i] == FORWARD else -k.backward
+            taken = 1.0 / (degree - taken)
+            above = taken * (net[i] - friction + above)
+            above_f, above_r = taken * (net_f[i] + above_f), taken * (net_r[i] + above_r)
+        w[i], w_f[i], w_r[i], pivot[i] = above, above_f, above_r, taken  # on a stuck node w is u
+    growth = 1.0 / now.e_c
+    after, after_f, after_r = 0.0, 0.0, 0.0  # w of node i + 1
+    for i in range(high, low - 1, -1):
+        if slip[i] != STUCK:
+            w[i] += pivot[i] * after
+            w_f[i] += pivot[i] * after_f
+            w_r[i] += pivot[i] * after_r
+            u[i] = (u[i] - w[i] * (1.0 - now.e_c) - w_f[i] * now.s_f - w_r[i] * now.s_r) * growth
+        after, after_f, after_r = w[i], w_f[i], w_r[i]
+
+
+@inner_kernel
+def settle(memory: Memory, row: int, low: int, high: int, now: Response) -> None:
+    """Write to a row where the nodes from `low` to `high` are now; it may be ORIGIN."""
+    u, slip, w, w_f, w_r = memory[ORIGIN], memory[SLIP], memory[W], memory[W_F], memory[W_R]
+    settled, remaining = memory[row], 1.0 - now.e_c
+    for i in range(low, high + 1):
+        there = u[i] * now.e_c + w[i] * remaining + w_f[i] * now.s_f + w_r[i] * now.s_r
+        settled[i] = there if slip[i] != STUCK else u[i]
+
+
+@step_kernel
+def begin_epoch(memory: Memory, clock: float, now: Response, k: Coefficients) -> None:
+    """Count from `clock` on, at which the responses are `now`; all nodes are to be looked at again."""
+    tail = memory.shape[1] - 1
+    settle(memory, ORIGIN, 0, tail, now)
+    for part in (PULL, NET, W):
+        as_e_f, as_r_f = memory[part + 1], memory[part + 2]
+        for i in range(tail + 1):
+            remaining = as_e_f[i] * now.e_f + as_r_f[i] * now.r_f
+            as_e_f[i] = remaining if abs(remaining) > k.negligible else 0.0
+            as_r_f[i] *= now.e_m
+            as_r_f[i] = as_r_f[i] if abs(as_r_f[i]) > k.negligible else 0.0
+    for i in range(tail + 1):
+        memory[CHARGE, i] = flush(memory[CHARGE, i] * now.e_m)
+        memory[PHASE, i] -= k.neuron_rate * clock
+        memory[SPIKE_AT, i] -= clock
+        memory[LIMIT_AT, i] -= clock
+        memory[LEAVE_AT, i] = 0.0
+    arrive(memory, 0.0, START)
+
+
+@step_kernel
+def report(memory: Memory, k: Coefficients) -> None:
+    """Write the state, of which the course tells all; without a course it is there."""
+    if memory[EPOCH, IS_LAID] == 0.0:
+        return
+    now, turned = responses(memory), k.neuron_rate * memory[EPOCH, CLOCK]
+    for i in range(memory.shape[1]):
+        memory[NEURON, i] = tangent(memory[PHASE, i] - turned)
+        memory[DRIVE, i] = flush(memory[CHARGE, i] * now.e_m)
+        force = memory[PULL, i] + memory[PULL_F, i] * now.e_f + memory[PULL_R, i] * now.r_f
+        memory[FORCE, i] = flush(force)
+        w = memory[W, i] + memory[W_F, i] * now.e_f + memory[W_R, i] * now.r_f
+        moving = (w - memory[DISPLACEMENT, i]) * k.times.rate_c
+        memory[VELOCITY, i] = moving if memory[SLIP, i] != STUCK else 0.0
