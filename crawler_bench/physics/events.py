@@ -25,10 +25,11 @@ from crawler_bench.physics.layout import (
     W_R,
     W,
 )
-from crawler_bench.physics.response import Relaxation, Response, respond
+from crawler_bench.physics.response import Relaxation, Response, respond, respond_near
 
 Memory = NDArray[np.float64]
 
+_SUSPECT = -NEVER
 _PASSES = 100
 _QUADRATIC = 1e-2  # safety on the error of a Newton step, which is about its square
 
@@ -44,25 +45,54 @@ class Sights(NamedTuple):
 
 @inner_kernel
 def watch(
-    memory: Memory, low: int, high: int, clock: float, now: Response, sights: Sights, patient: bool,
-    k: Coefficients,
+    memory: Memory, low: int, high: int, anew: bool, clock: float, now: Response, sights: Sights,
+    patient: bool, k: Coefficients,
 ) -> None:  # fmt: skip
-    """Note when to look at each node from `low` to `high` again: when it leaves its state, or might.
+    """Note when to look at each node from `low` to `high` again.
 
-    Not before the horizon, if it surely stays that long; else not before the end of the decision, if it stays
-    so long; else it does leave then.
+    Not before the next epoch, if it surely keeps its state so long; or at the end of the decision, if it
+    keeps it so long; or else when it leaves its state.
+
+    Args:
+        memory: LEAVE_AT is written.
+        low: the first node.
+        high: the last node.
+        anew: look at all of them, as their course is new; else only at those whose time has come.
+        clock: time now.
+        now: the responses.
+        sights: how far one looks.
+        patient: whether to overlook a node that leaves at once, which rounding may do again and again.
+        k: coefficients.
     """
-    leave_at = memory[LEAVE_AT]
+    leave_at, slip, times, tolerance = memory[LEAVE_AT], memory[SLIP], k.times, k.tolerance
+    suspects = 0
     for i in range(low, high + 1):
-        sliding = memory[SLIP, i] != STUCK
+        if not anew and leave_at[i] > clock:
+            continue
+        sliding = slip[i] != STUCK
         p, q_f, q_r = _slide(memory, i) if sliding else _hold(memory, i)
-        start, slope = _height(p, q_f, q_r, sliding, now), _slope(q_f, q_r, now, k.times.rate_f)
-        if _stays(p, q_f, q_r, sliding, start, slope, sights.horizon - clock, sights.far, k):
+        start, slope = _height(p, q_f, q_r, sliding, now), _slope(q_f, q_r, now, times.rate_f)
+        leave_at[i] = sights.until
+        if not _stays(p, q_f, q_r, sliding, start, slope, sights.until - clock, sights.end, k):
+            leave_at[i] = _SUSPECT
+            suspects += 1
+        elif anew and _stays(p, q_f, q_r, sliding, start, slope, sights.horizon - clock, sights.far, k):
             leave_at[i] = NEVER
-        elif _stays(p, q_f, q_r, sliding, start, slope, sights.until - clock, sights.end, k):
+    if suspects == 0:
+        return
+    for i in range(low, high + 1):
+        if leave_at[i] == _SUSPECT:
             leave_at[i] = sights.until
-        else:
-            leave_at[i] = _leaves(p, q_f, q_r, sliding, clock, now, sights, patient, k)
+            sliding, limits = slip[i] != STUCK, 1
+            p, q_f, q_r = _slide(memory, i) if sliding else _hold(memory, i)
+            if not sliding:
+                p, limits = k.backward + p, 2
+            for _ in range(limits):
+                time = exit_time(
+                    p, q_f, q_r, sliding, clock, now, sights.until, sights.end, patient, times, tolerance
+                )
+                leave_at[i] = min(leave_at[i], time)
+                p, q_f, q_r = k.forward + k.backward - p, -q_f, -q_r  # the distance to the other limit
 
 
 @inner_kernel
@@ -80,20 +110,6 @@ def _stays(
     highest, lowest = max(start, at_end), min(start, at_end)
     inside = (highest < k.forward - k.tolerance) & (lowest > k.tolerance - k.backward)
     return bool(inside & (monotone | ((far < k.forward) & (far > -k.backward))))
-
-
-@step_kernel
-def _leaves(
-    p: float, q_f: float, q_r: float, sliding: bool, clock: float, now: Response, sights: Sights,
-    patient: bool, k: Coefficients,
-) -> float:  # fmt: skip
-    """When a node leaves its state, at the latest at the end of the decision."""
-    until, end = sights.until, sights.end
-    if sliding:
-        return min(until, exit_time(p, q_f, q_r, True, clock, now, until, end, patient, k))
-    backward = exit_time(k.backward + p, q_f, q_r, False, clock, now, until, end, patient, k)
-    forward = exit_time(k.forward - p, -q_f, -q_r, False, clock, now, until, end, patient, k)
-    return min(until, backward, forward)
 
 
 @inner_kernel
@@ -129,7 +145,7 @@ def _slope(q_f: float, q_r: float, now: Response, rate_f: float) -> float:
     return (q_r * (now.e_m - now.r_f) - q_f * now.e_f) * rate_f
 
 
-@step_kernel
+@inner_kernel
 def exit_time(
     p: float,
     q_f: float,
@@ -140,9 +156,10 @@ def exit_time(
     until: float,
     end: Response,
     patient: bool,
-    k: Coefficients,
+    times: Relaxation,
+    tolerance: float,
 ) -> float:
-    """First time at which a node's height falls below 0; infinity if it does not before the end.
+    """First time at which a node's height falls below 0; NEVER if it does not before the end.
 
     The height (for a sliding node: times exp(t / c)) turns at most once, where the slope is 0.
 
@@ -156,30 +173,41 @@ def exit_time(
         until: time of the end.
         end: the responses then.
         patient: whether to overlook a node that leaves at once, which rounding may do again and again.
-        k: coefficients.
+        times: the time constants.
+        tolerance: of heights and times.
     """
-    times, tolerance = k.times, k.tolerance
     start, slope = _height(p, q_f, q_r, sliding, now), _slope(q_f, q_r, now, times.rate_f)
     at_end, slope_at_end = _height(p, q_f, q_r, sliding, end), _slope(q_f, q_r, end, times.rate_f)
+    low, high, falls = clock, until, at_end < -tolerance
     if start <= tolerance and slope < 0.0:  # at the border, on its way out
         if patient:
-            return np.inf
-        leaves = at_end < -tolerance
-        if not leaves and slope_at_end > 0.0:
+            return NEVER
+        if not falls and slope_at_end > 0.0:
             turn = respond(_turning_time(q_f, q_r, clock, until, times, tolerance), times)
-            leaves = _height(p, q_f, q_r, sliding, turn) < -tolerance
-        return clock if leaves else np.inf
-    if at_end < -tolerance:
-        if start <= tolerance:  # at the border, on its way in: it leaves after the turn
+            falls = _height(p, q_f, q_r, sliding, turn) < -tolerance
+        return clock if falls else NEVER
+    if start <= tolerance:  # at the border, on its way in: it may leave after the turn
+        if falls:
             low = _turning_time(q_f, q_r, clock, until, times, tolerance)
-            return _root(p, q_f, q_r, sliding, low, until, 0.5 * (low + until), times, tolerance)
-        guess = clock + (until - clock) * start / (start - at_end)
-        return _root(p, q_f, q_r, sliding, clock, until, guess, times, tolerance)
-    if slope < 0.0 and slope_at_end > 0.0:
-        low = _turning_time(q_f, q_r, clock, until, times, tolerance)
-        if _height(p, q_f, q_r, sliding, respond(low, times)) < -tolerance:
-            return _root(p, q_f, q_r, sliding, clock, low, 0.5 * (clock + low), times, tolerance)
-    return np.inf
+            start = _height(p, q_f, q_r, sliding, respond(low, times))
+            slope = 0.0
+    elif not falls and slope < 0.0 and slope_at_end > 0.0:
+        high = _turning_time(q_f, q_r, clock, until, times, tolerance)
+        at_end = _height(p, q_f, q_r, sliding, respond(high, times))
+        falls = at_end < -tolerance
+    if not falls:
+        return NEVER
+    if sliding:
+        slope -= start * times.rate_c
+    guess = low + (high - low) * _fall(start, slope * (high - low), at_end)
+    return _root(p, q_f, q_r, sliding, low, high, guess, times, tolerance)
+
+
+@inner_kernel
+def _fall(start: float, slope: float, end: float) -> float:
+    """Where, from 0 to 1, a parabola falls through 0 that has this value and slope at 0 and value at 1."""
+    discriminant = slope * slope - 4.0 * (end - start - slope) * start
+    return min(max(2.0 * start / (math.sqrt(max(discriminant, 0.0)) - slope), 0.0), 1.0)
 
 
 @step_kernel
@@ -216,9 +244,8 @@ def _root(
     tolerance: float,
 ) -> float:
     """Where the height falls through 0 between `low`, where it is positive, and `high`, where it is not."""
-    time = guess
+    time, now = guess, respond(guess, times)
     for _ in range(_PASSES):
-        now = respond(time, times)
         height = _height(p, q_f, q_r, sliding, now)
         slope = _slope(q_f, q_r, now, times.rate_f)
         if sliding:
@@ -234,6 +261,7 @@ def _root(
             return better
         if better == time or high - low <= tolerance:
             return better
+        now = respond_near(now, time, better, times)
         time = better
     return time
 

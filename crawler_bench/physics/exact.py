@@ -77,11 +77,10 @@ def cross_decision(memory: Memory, action: int, k: Coefficients) -> bool:
     if other != action:
         q_other = turn_on(memory, other, clock, k)
     excitation = next_excitation(memory)
-    for i in range(tail + 1):
-        if leave_at[i] <= clock:
-            watch(memory, i, i, clock, now, sights, False, k)
+    low, high, anew = 0, tail, clock == 0.0
     events, idle = 0, 0
     while True:
+        watch(memory, low, high, anew, clock, now, sights, idle > 2 * tail, k)
         before = clock
         clock, node = _earliest(leave_at, min(excitation, sights.until))
         is_end = node < 0 and excitation >= sights.until
@@ -114,8 +113,7 @@ def cross_decision(memory: Memory, action: int, k: Coefficients) -> bool:
             excite(memory, muscle, clock, now, muscle == action or muscle == other, k)
             excitation = next_excitation(memory)
             set_course(memory, low, high, now, k)
-        idle = idle + 1 if clock == before else 0
-        watch(memory, low, high, clock, now, sights, idle > 2 * tail, k)
+        anew, idle = True, idle + 1 if clock == before else 0
     clock, end = sights.until, sights.end
     turn_off(memory, action, q, clock, k)
     if other != action:
