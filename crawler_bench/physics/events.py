@@ -206,8 +206,8 @@ def exit_time(
 @inner_kernel
 def _fall(start: float, slope: float, end: float) -> float:
     """Where, from 0 to 1, a parabola falls through 0 that has this value and slope at 0 and value at 1."""
-    discriminant = slope * slope - 4.0 * (end - start - slope) * start
-    return min(max(2.0 * start / (math.sqrt(max(discriminant, 0.0)) - slope), 0.0), 1.0)
+    root = math.sqrt(max(slope * slope - 4.0 * (end - start - slope) * start, 0.0))
+    return min(2.0 * start / (root - slope), 1.0) if start > 0.0 and root > slope else 0.5
 
 
 @step_kernel
