@@ -153,20 +153,30 @@ def set_course(memory: Memory, low: int, high: int, now: Response, k: Coefficien
 
 
 @inner_kernel
-def settle(memory: Memory, row: int, low: int, high: int, now: Response) -> None:
-    """Write to a row where the nodes from `low` to `high` are now; it may be ORIGIN."""
-    u, slip, w, w_f, w_r = memory[ORIGIN], memory[SLIP], memory[W], memory[W_F], memory[W_R]
-    settled, remaining = memory[row], 1.0 - now.e_c
+def settle(memory: Memory, row: int, now: Response) -> None:
+    """Write to a row where all nodes are now; it may be ORIGIN."""
+    remaining = 1.0 - now.e_c
+    for i in range(memory.shape[1]):  # without branches, so that it is done for several nodes at a time
+        u = memory[ORIGIN, i]
+        there = u * now.e_c + memory[W, i] * remaining + memory[W_F, i] * now.s_f + memory[W_R, i] * now.s_r
+        memory[row, i] = there if memory[SLIP, i] != STUCK else u
+
+
+@inner_kernel
+def settle_run(memory: Memory, low: int, high: int, now: Response) -> None:
+    """Put the nodes from `low` to `high`, which are few, where they are now."""
+    remaining = 1.0 - now.e_c
     for i in range(low, high + 1):
-        there = u[i] * now.e_c + w[i] * remaining + w_f[i] * now.s_f + w_r[i] * now.s_r
-        settled[i] = there if slip[i] != STUCK else u[i]
+        if memory[SLIP, i] != STUCK:
+            u = memory[ORIGIN, i] * now.e_c + memory[W, i] * remaining
+            memory[ORIGIN, i] = u + memory[W_F, i] * now.s_f + memory[W_R, i] * now.s_r
 
 
 @step_kernel
 def begin_epoch(memory: Memory, clock: float, now: Response, k: Coefficients) -> None:
     """Count from `clock` on, at which the responses are `now`; all nodes are to be looked at again."""
     tail = memory.shape[1] - 1
-    settle(memory, ORIGIN, 0, tail, now)
+    settle(memory, ORIGIN, now)
     for part in (PULL, NET, W):
         as_e_f, as_r_f = memory[part + 1], memory[part + 2]
         for i in range(tail + 1):

@@ -153,31 +153,25 @@ def _step_body(state: NDArray[np.float64], work: NDArray[np.float64], k: Coeffic
             u[i] += k.dt * v[i]
 
 
-@step_kernel
-def strains(u: NDArray[np.float64], strain: NDArray[np.float64]) -> None:
-    """Strain of each segment, contraction positive [M20, eq. 9].
+@inner_kernel
+def measure(u: NDArray[np.float64], strain: NDArray[np.float64]) -> tuple[float, float]:
+    """Strain of each segment, contraction positive [M20, eq. 9], and what the reward needs, in one pass.
 
     Args:
         u: (N + 1,) displacements, L.
         strain: (N or more,) its first N entries are written; strain[i] = u_{i+1} - u_i.
+
+    Returns:
+        The centroid, L: mean displacement of the nodes; and the largest change of strain from one segment to
+        the next, r_2 of [M20, eq. 11].
     """
-    for i in range(u.size - 1):
-        strain[i] = u[i + 1] - u[i]
-
-
-@step_kernel
-def strain_gradient(u: NDArray[np.float64]) -> float:
-    """Largest change of strain from one segment to the next, r_2 of [M20, eq. 11]."""
-    largest = 0.0
-    for i in range(1, u.size - 1):
-        largest = max(largest, abs(u[i + 1] - 2.0 * u[i] + u[i - 1]))
-    return largest
-
-
-@step_kernel
-def centroid(u: NDArray[np.float64]) -> float:
-    """Mean displacement of the nodes, L."""
-    total = 0.0
-    for i in range(u.size):
-        total += u[i]
-    return total / u.size
+    total, largest = u[0], 0.0
+    before, here = u[0], u[0]
+    for i in range(1, u.size):
+        following = u[i]
+        strain[i - 1] = following - here
+        change = abs(following - 2.0 * here + before) if i > 1 else 0.0
+        largest = max(largest, change)
+        total += following
+        before, here = here, following
+    return total / u.size, largest

@@ -23,13 +23,13 @@ from crawler_bench.physics.layout import (
     SLIP,
     W_F,
     W_R,
+    WORK,
     W,
 )
 from crawler_bench.physics.response import Relaxation, Response, respond, respond_near
 
 Memory = NDArray[np.float64]
 
-_SUSPECT = -NEVER
 _PASSES = 100
 _QUADRATIC = 1e-2  # safety on the error of a Newton step, which is about its square
 
@@ -64,76 +64,71 @@ def watch(
         patient: whether to overlook a node that leaves at once, which rounding may do again and again.
         k: coefficients.
     """
-    leave_at, slip, times, tolerance = memory[LEAVE_AT], memory[SLIP], k.times, k.tolerance
+    leave_at, listed = memory[LEAVE_AT], memory[WORK]
+    count = 0
+    for i in range(low, high + 1):  # lists without branches, of which a processor would guess many wrong
+        listed[count] = i
+        count += int(anew or leave_at[i] <= clock)
     suspects = 0
-    for i in range(low, high + 1):
-        if not anew and leave_at[i] > clock:
-            continue
-        sliding = slip[i] != STUCK
-        p, q_f, q_r = _slide(memory, i) if sliding else _hold(memory, i)
-        start, slope = _height(p, q_f, q_r, sliding, now), _slope(q_f, q_r, now, times.rate_f)
+    for j in range(count):
+        i = int(listed[j])
+        leave_at[i] = _safe_until(memory, i, clock, now, sights, k)
+        listed[suspects] = i
+        suspects += int(leave_at[i] < clock)
+    for j in range(suspects):
+        i = int(listed[j])
         leave_at[i] = sights.until
-        if not _stays(p, q_f, q_r, sliding, start, slope, sights.until - clock, sights.end, k):
-            leave_at[i] = _SUSPECT
-            suspects += 1
-        elif anew and _stays(p, q_f, q_r, sliding, start, slope, sights.horizon - clock, sights.far, k):
-            leave_at[i] = NEVER
-    if suspects == 0:
-        return
-    for i in range(low, high + 1):
-        if leave_at[i] == _SUSPECT:
-            leave_at[i] = sights.until
-            sliding, limits = slip[i] != STUCK, 1
-            p, q_f, q_r = _slide(memory, i) if sliding else _hold(memory, i)
-            if not sliding:
-                p, limits = k.backward + p, 2
-            for _ in range(limits):
-                time = exit_time(
-                    p, q_f, q_r, sliding, clock, now, sights.until, sights.end, patient, times, tolerance
-                )
-                leave_at[i] = min(leave_at[i], time)
-                p, q_f, q_r = k.forward + k.backward - p, -q_f, -q_r  # the distance to the other limit
+        sliding, limits = memory[SLIP, i] != STUCK, 1
+        p, q_f, q_r = _force(memory, i, sliding)
+        if not sliding:
+            p, limits = k.backward + p, 2
+        for _ in range(limits):
+            time = exit_time(
+                p, q_f, q_r, sliding, clock, now, sights.until, sights.end, patient, k.times, k.tolerance
+            )
+            leave_at[i] = min(leave_at[i], time)
+            p, q_f, q_r = k.forward + k.backward - p, -q_f, -q_r  # the distance to the other limit
 
 
 @inner_kernel
-def _stays(
-    p: float, q_f: float, q_r: float, sliding: bool, start: float, slope: float, span: float, end: Response,
-    k: Coefficients,
-) -> bool:  # fmt: skip
-    """Whether a node surely keeps its state from now on for a while."""
-    at_end, last_slope = _height(p, q_f, q_r, sliding, end), _slope(q_f, q_r, end, k.times.rate_f)
-    # Where it may turn in between, it goes at most as far as its first slope takes it.
-    monotone, far = slope * last_slope >= 0.0, start + slope * span
-    if sliding:
-        far -= start * (1.0 - end.e_c)
-        return bool((min(start, at_end) > k.tolerance) & (monotone | (slope > 0.0) | (far > 0.0)))
-    highest, lowest = max(start, at_end), min(start, at_end)
-    inside = (highest < k.forward - k.tolerance) & (lowest > k.tolerance - k.backward)
-    return bool(inside & (monotone | ((far < k.forward) & (far > -k.backward))))
+def _safe_until(memory: Memory, i: int, clock: float, now: Response, sights: Sights, k: Coefficients) -> float:
+    """Until when a node surely keeps its state: NEVER, the end of the decision, or less than `clock`."""
+    sliding = memory[SLIP, i] != STUCK
+    p, q_f, q_r = _force(memory, i, sliding)
+    start, slope = _height(p, q_f, q_r, sliding, now), _slope(q_f, q_r, now, k.times.rate_f)
+    lowest, highest = (0.0, NEVER) if sliding else (-k.backward, k.forward)
+    is_inside = (start < highest - k.tolerance) & (start > lowest + k.tolerance)
+    safe = -NEVER
+    for until, end, sure in ((sights.until, sights.end, sights.until), (sights.horizon, sights.far, NEVER)):
+        at_end, last_slope = _height(p, q_f, q_r, sliding, end), _slope(q_f, q_r, end, k.times.rate_f)
+        stays = is_inside & (at_end < highest - k.tolerance) & (at_end > lowest + k.tolerance)
+        # Where it may turn in between, it goes at most as far as its first slope takes it.
+        far = start * (end.e_c if sliding else 1.0) + slope * (until - clock)
+        stays &= (slope * last_slope >= 0.0) | ((far < highest) & (far > lowest))
+        safe = sure if stays else safe
+    return safe
 
 
 @inner_kernel
-def _slide(memory: Memory, i: int) -> tuple[float, float, float]:
-    """Velocity of a node in the direction in which it slides, times c, as its parts; see `exit_time`."""
-    slip = memory[SLIP, i]
-    return slip * (memory[W, i] - memory[ORIGIN, i]), slip * memory[W_F, i], slip * memory[W_R, i]
-
-
-@inner_kernel
-def _hold(memory: Memory, i: int) -> tuple[float, float, float]:
-    """The force that holds a stuck node, as its parts."""
+def _force(memory: Memory, i: int, sliding: bool) -> tuple[float, float, float]:
+    """Force that holds a stuck node; velocity of a sliding one in its direction, times c; as its parts."""
+    slip, own, own_f, own_r = memory[SLIP, i], memory[W, i], memory[W_F, i], memory[W_R, i]
     above, below = max(i - 1, 0), min(i + 1, memory.shape[1] - 1)  # at an end: the node itself, where w is u
     held = memory[NET, i] + (memory[W, above] + memory[W, below] - 2.0 * memory[ORIGIN, i])
     held_f = memory[NET_F, i] + memory[W_F, above] + memory[W_F, below]
-    return held, held_f, memory[NET_R, i] + memory[W_R, above] + memory[W_R, below]
+    held_r = memory[NET_R, i] + memory[W_R, above] + memory[W_R, below]
+    return (
+        slip * (own - memory[ORIGIN, i]) if sliding else held,
+        slip * own_f if sliding else held_f,
+        slip * own_r if sliding else held_r,
+    )
 
 
 @inner_kernel
 def _height(p: float, q_f: float, q_r: float, sliding: bool, now: Response) -> float:
-    """Distance of a node to the border of its state: of its holding force to the limit, of c v to 0."""
-    if sliding:
-        return p * now.e_c + q_f * (now.e_f - now.s_f) + q_r * (now.r_f - now.s_r)
-    return p + q_f * now.e_f + q_r * now.r_f
+    """Holding force of a stuck node, or its distance to a limit; velocity of a sliding one, times c."""
+    as_p, as_q_f = now.e_c if sliding else 1.0, now.e_f - now.s_f if sliding else now.e_f
+    return p * as_p + q_f * as_q_f + q_r * (now.r_f - now.s_r if sliding else now.r_f)
 
 
 @inner_kernel

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from crawler_bench.physics.body import STUCK
 from crawler_bench.physics.coefficients import Coefficients
 from crawler_bench.physics.compilation import inner_kernel, step_kernel
-from crawler_bench.physics.course import arrive, begin_epoch, lay, responses, set_course, settle
+from crawler_bench.physics.course import arrive, begin_epoch, lay, responses, set_course, settle, settle_run
 from crawler_bench.physics.events import Sights, switch, watch
 from crawler_bench.physics.excitation import due, excite, next_excitation, turn_off, turn_on
 from crawler_bench.physics.layout import (
@@ -72,7 +72,8 @@ def cross_decision(memory: Memory, action: int, k: Coefficients) -> bool:
         begin_epoch(memory, epoch[CLOCK], responses(memory), k)
     start = clock = epoch[CLOCK]
     begin = now = responses(memory)
-    sights = Sights(clock + k.decision, after(now, k.end), k.horizon, k.far)
+    until, end = clock + k.decision, after(now, k.end)
+    sights = Sights(until, end, k.horizon, k.far)
     q, q_other = turn_on(memory, action, clock, k), 0.0
     if other != action:
         q_other = turn_on(memory, other, clock, k)
@@ -82,8 +83,8 @@ def cross_decision(memory: Memory, action: int, k: Coefficients) -> bool:
     while True:
         watch(memory, low, high, anew, clock, now, sights, idle > 2 * tail, k)
         before = clock
-        clock, node = _earliest(leave_at, min(excitation, sights.until))
-        is_end = node < 0 and excitation >= sights.until
+        clock, node = _earliest(leave_at, min(excitation, until))
+        is_end = node < 0 and excitation >= until
         if events == 0 and (k.may_balance or not is_end):
             _keep(memory)
         too_many = events > MOST_EVENTS * (tail + 1) * (1.0 + k.decision)
@@ -94,32 +95,30 @@ def cross_decision(memory: Memory, action: int, k: Coefficients) -> bool:
             break
         events += 1
         now = respond(clock, k.times)
-        if clock > k.longest:  # only where a single decision is longer
+        if clock > k.longest:  # only where a single decision is longer; the event comes next
             begin_epoch(memory, clock, now, k)
             excitation, start = excitation - clock, start - clock
-            until = sights.until - clock
+            until -= clock
             end = respond(until, k.times)
             sights = Sights(until, end, until, end)
             clock, now, low, high = 0.0, START, 0, tail
-        elif node >= 0:
-            low, high = _reach(memory[SLIP], max(node - 1, 0), min(node + 1, tail))
-            settle(memory, ORIGIN, low, high, now)
-            switch(memory, node, now, k)
-            set_course(memory, low, high, now, k)
         else:
-            muscle = due(memory, clock)
-            low, high = _reach(memory[SLIP], max(muscle - 1, 0), max(muscle, 1))
-            settle(memory, ORIGIN, low, high, now)
-            excite(memory, muscle, clock, now, muscle == action or muscle == other, k)
-            excitation = next_excitation(memory)
+            muscle = due(memory, clock) if node < 0 else 0
+            low, high = (muscle - 1, max(muscle, 1)) if node < 0 else (node - 1, min(node + 1, tail))
+            low, high = _reach(memory[SLIP], max(low, 0), high)
+            settle_run(memory, low, high, now)
+            if node >= 0:
+                switch(memory, node, now, k)
+            else:
+                excite(memory, muscle, clock, now, muscle == action or muscle == other, k)
+                excitation = next_excitation(memory)
             set_course(memory, low, high, now, k)
         anew, idle = True, idle + 1 if clock == before else 0
-    clock, end = sights.until, sights.end
-    turn_off(memory, action, q, clock, k)
+    turn_off(memory, action, q, until, k)
     if other != action:
-        turn_off(memory, other, q_other, clock, k)
-    settle(memory, DISPLACEMENT, 0, tail, end)
-    arrive(memory, clock, end)
+        turn_off(memory, other, q_other, until, k)
+    settle(memory, DISPLACEMENT, end)
+    arrive(memory, until, end)
     return True
 
 
@@ -157,8 +156,8 @@ def _reach(slip: NDArray[np.float64], low: int, high: int) -> tuple[int, int]:
 @inner_kernel
 def _keep(memory: Memory) -> None:
     """Keep what events change of the state at the start of a decision."""
-    for n, row in enumerate(_KEPT):
-        for i in range(memory.shape[1]):
+    for i in range(memory.shape[1]):
+        for n, row in enumerate(_KEPT):
             memory[_BEFORE + n, i] = memory[row, i]
 
 

@@ -88,8 +88,5 @@ def excite(memory: Memory, i: int, clock: float, now: Response, on: bool, k: Coe
         memory[SPIKE_AT, i] = memory[SPIKE_AT, i] + math.pi / k.neuron_rate if on else NEVER
     memory[LIMIT_AT, i] = clock + k.tau_m * math.log(drive) if drive > 1.0 else NEVER
     bend(memory, i, drive, force, now, k)
-    add_up(memory, i, k)
-    if i > 0:
-        add_up(memory, i - 1, k)
-    else:
-        add_up(memory, 1, k)
+    for node in range(max(i - 1, 0), max(i, 1) + 1):
+        add_up(memory, node, k)

@@ -14,9 +14,10 @@ POWER, STRAIN = 6, 7
 ODOMETER = 8
 EPISODE_DECISIONS, LIFETIME_DECISIONS, LIFETIME_DISTANCE = range(3)
 # ... the course that the exact integrator follows from event to event, see physics/course.py. Three rows of
-# single numbers: the time since the epoch and whether there is a course; and the six responses at this time ...
+# single numbers: the time since the epoch, whether there is a course, the centroid after the last decision;
+# and the six responses at this time ...
 EPOCH, RESPONSES = 9, 10
-CLOCK, IS_LAID = range(2)
+CLOCK, IS_LAID, CENTROID = range(3)
 # ... and rows of nodes: what displacements, cotangents of half the phases of neurons, and drives would have
 # been at the epoch; force of each muscle, net muscle force on each node, and w, each as its parts that are
 # constant, go as e_f, go as r_f; and when each neuron spikes, drive falls through its limit, node is to be

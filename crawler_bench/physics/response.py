@@ -81,6 +81,12 @@ def respond(time: float, times: Relaxation) -> Response:
         r_f = (e_m - e_f) * times.over_f_m
         s_f = (e_f - e_c) * times.over_c_f
         return Response(e_m, e_f, r_f, e_c, s_f, ((e_m - e_c) * times.over_c_m - s_f) * times.over_f_m)
+    return _respond_close(time, e_m, e_f, e_c, times)
+
+
+@step_kernel
+def _respond_close(time: float, e_m: float, e_f: float, e_c: float, times: Relaxation) -> Response:
+    """Evaluate all functions where rates are close to each other."""
     r_f, s_f = follow(time, times.tau_m, times.tau_f), follow(time, times.tau_f, times.c)
     difference = _second_difference(-time * times.rate_m, -time * times.rate_f, -time * times.rate_c)
     return Response(e_m, e_f, r_f, e_c, s_f, time * time * times.rate_f * times.rate_c * difference)
