@@ -5,6 +5,7 @@ both go through `decide`.
 """
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -89,7 +90,7 @@ class CrawlerBatch:
         self.outcome[:] = 0.0
         self.end[:] = RUNNING
 
-    def decide(self, actions: NDArray[np.int64]) -> int:
+    def decide(self, actions: Any) -> int:
         """Hold one neuron of each crawler ON for a decision interval; ended episodes stay as they ended.
 
         Args:
@@ -97,10 +98,20 @@ class CrawlerBatch:
 
         Returns:
             How many episodes ended.
+
+        Raises:
+            ValueError: if the actions are not K neurons; no crawler has moved then.
         """
-        return _decide_all(
-            self.memory, actions, self.tasks, self.generators, self.observation, self.outcome, self.end
-        )
+        given = np.asarray(actions)
+        if given.shape == self.end.shape and given.dtype.kind in "iu":
+            chosen = np.asarray(given, dtype=np.int64, order="C")
+            n_ended = _decide_all(
+                self.memory, chosen, self.tasks, self.generators, self.observation, self.outcome, self.end
+            )
+            if n_ended >= 0:
+                return n_ended
+        allowed = f"{self.end.size} whole numbers from 0 to {self.n_segments - 1}"
+        raise ValueError(f"actions are not possible: {allowed} are needed")
 
     def report(self) -> None:
         """Write all of the state of each crawler, and its power, to its memory."""
@@ -167,6 +178,9 @@ def _decide_all(
     outcome: Array,
     end: NDArray[np.int64],
 ) -> int:
+    for action in actions:
+        if not 0 <= action < memory.shape[2] - 1:
+            return -1
     n_ended = 0
     for i in range(memory.shape[0]):
         made = decide(memory[i], actions[i], tasks[i], generators[i])
@@ -175,12 +189,3 @@ def _decide_all(
         outcome[i, GRADIENT], outcome[i, CENTROID] = made.gradient, made.centroid
         n_ended += made.end != RUNNING
     return n_ended
-
-
-@kernel
-def all_neurons(actions: NDArray[np.int64], n_segments: int) -> bool:
-    """Whether every action is a neuron, 0 to n_segments - 1; quicker than NumPy's reductions for a few."""
-    for i in range(actions.size):
-        if not 0 <= actions[i] < n_segments:
-            return False
-    return True

@@ -14,7 +14,6 @@ from stable_baselines3.common.vec_env.base_vec_env import VecEnvIndices
 
 from crawler_bench.envs.batch import REWARD, CrawlerBatch
 from crawler_bench.envs.transition import END_NAMES, make_task
-from crawler_bench.envs.vector import check_actions
 from crawler_bench.physics.layout import LIFETIME_DECISIONS, LIFETIME_DISTANCE, ODOMETER
 from crawler_bench.physics.parameters import CrawlerParameters
 
@@ -55,7 +54,7 @@ class CrawlerVecEnv(VecEnv):
             for attributes, each in zip(self._attributes, values, strict=True):
                 attributes[name] = float(each)
         self._seeded = False
-        self._actions = np.zeros(num_envs, dtype=np.int64)
+        self._actions: NDArray[Any] = np.zeros(num_envs, dtype=np.int64)
         n = self.crawlers.n_segments
         super().__init__(num_envs, gym.spaces.Discrete(n), gym.spaces.Discrete(n))
 
@@ -76,18 +75,17 @@ class CrawlerVecEnv(VecEnv):
         return self.crawlers.observation.copy()
 
     def step_async(self, actions: NDArray[Any]) -> None:
-        """Choose the neuron of each crawler that is ON in the next decision interval.
-
-        Raises:
-            ValueError: if the actions are not K neurons, 0 to N - 1.
-        """
-        self._actions = check_actions(actions, self.num_envs, self.crawlers.n_segments)
+        """Choose the neuron of each crawler that is ON in the next decision interval."""
+        self._actions = actions
 
     def step_wait(self) -> tuple[NDArray[np.int64], NDArray[np.float32], NDArray[np.bool_], list[Info]]:
         """Hold the chosen neurons ON for a decision interval; reset every crawler whose episode ended.
 
         Returns:
             Observations, rewards and ends of episodes, (K,) each, and K infos.
+
+        Raises:
+            ValueError: if the actions are not K neurons, 0 to N - 1.
         """
         crawlers = self.crawlers
         n_ended = crawlers.decide(self._actions)

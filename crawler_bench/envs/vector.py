@@ -9,7 +9,7 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
-from crawler_bench.envs.batch import CENTROID, DISPLACED, GRADIENT, REWARD, CrawlerBatch, all_neurons
+from crawler_bench.envs.batch import CENTROID, DISPLACED, GRADIENT, REWARD, CrawlerBatch
 from crawler_bench.envs.transition import END_NAMES, RUNNING
 from crawler_bench.physics.layout import (
     EPISODE_DECISIONS,
@@ -22,22 +22,6 @@ from crawler_bench.physics.layout import (
 from crawler_bench.physics.parameters import CrawlerParameters
 
 Info = dict[str, Any]
-
-
-def check_actions(actions: Any, num_envs: int, n_segments: int) -> NDArray[np.int64]:
-    """The actions as kernels need them.
-
-    Raises:
-        ValueError: if they are not one neuron for each crawler, 0 to n_segments - 1.
-    """
-    given = np.asarray(actions)
-    if given.shape == (num_envs,) and given.dtype.kind in "iu":
-        chosen = np.asarray(given, dtype=np.int64, order="C")
-        if all_neurons(chosen, n_segments):
-            return chosen
-    raise ValueError(
-        f"actions are not possible: {num_envs} whole numbers from 0 to {n_segments - 1} are needed"
-    )
 
 
 class CrawlerVectorEnv(VectorEnv[Any, Any, Any]):
@@ -110,7 +94,7 @@ class CrawlerVectorEnv(VectorEnv[Any, Any, Any]):
             ValueError: if the actions are not K neurons, 0 to N - 1.
         """
         crawlers = self.crawlers
-        n_ended = crawlers.decide(check_actions(actions, self.num_envs, crawlers.n_segments))
+        n_ended = crawlers.decide(actions)
         truncated = crawlers.end != RUNNING
         rewards, infos = crawlers.outcome[:, REWARD].copy(), self._infos()
         if n_ended:

@@ -66,7 +66,7 @@ def watch(
     """
     leave_at, listed = memory[LEAVE_AT], memory[WORK]
     count = 0
-    for i in range(low, high + 1):  # lists without branches, of which a processor would guess many wrong
+    for i in range(low, high + 1):  # lists are made without branches, too
         listed[count] = i
         count += int(anew or leave_at[i] <= clock)
     suspects = 0
@@ -91,8 +91,13 @@ def watch(
 
 
 @inner_kernel
-def _safe_until(memory: Memory, i: int, clock: float, now: Response, sights: Sights, k: Coefficients) -> float:
-    """Until when a node surely keeps its state: NEVER, the end of the decision, or less than `clock`."""
+def _safe_until(
+    memory: Memory, i: int, clock: float, now: Response, sights: Sights, k: Coefficients
+) -> float:
+    """Until when a node surely keeps its state: NEVER, the end of the decision, or less than `clock`.
+
+    Without branches, of which a processor would guess many wrong.
+    """
     sliding = memory[SLIP, i] != STUCK
     p, q_f, q_r = _force(memory, i, sliding)
     start, slope = _height(p, q_f, q_r, sliding, now), _slope(q_f, q_r, now, k.times.rate_f)

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from crawler_bench.physics.body import STUCK
 from crawler_bench.physics.coefficients import Coefficients
-from crawler_bench.physics.compilation import inner_kernel, step_kernel
+from crawler_bench.physics.compilation import inner_kernel
 from crawler_bench.physics.course import arrive, begin_epoch, lay, responses, set_course, settle, settle_run
 from crawler_bench.physics.events import Sights, switch, watch
 from crawler_bench.physics.excitation import due, excite, next_excitation, turn_off, turn_on
@@ -30,13 +30,11 @@ from crawler_bench.physics.layout import (
     IS_LAID,
     LEAVE_AT,
     NEURON,
-    ORIGIN,
     PHASE,
     PULL,
     PULL_F,
     PULL_R,
     SLIP,
-    SPIKE_AT,
     WORK,
 )
 from crawler_bench.physics.muscle import flush
@@ -48,6 +46,7 @@ Memory = NDArray[np.float64]
 MOST_EVENTS = 200  # for each node in 1 tau; in crawls there are a few for the whole body
 _KEPT = (SLIP, CHARGE, PULL, PULL_F, PULL_R)  # what events change of the state at the start of a decision
 _BEFORE = WORK + 1
+_ROUNDING = 1.0 + 1e-9  # of a sum of decision intervals
 
 
 @inner_kernel
@@ -78,7 +77,7 @@ def cross_decision(memory: Memory, action: int, k: Coefficients) -> bool:
     if other != action:
         q_other = turn_on(memory, other, clock, k)
     excitation = next_excitation(memory)
-    low, high, anew = 0, tail, clock == 0.0
+    low, high, anew, aligned = 0, tail, clock == 0.0, True
     events, idle = 0, 0
     while True:
         watch(memory, low, high, anew, clock, now, sights, idle > 2 * tail, k)
@@ -96,6 +95,7 @@ def cross_decision(memory: Memory, action: int, k: Coefficients) -> bool:
         events += 1
         now = respond(clock, k.times)
         if clock > k.longest:  # only where a single decision is longer; the event comes next
+            aligned = False
             begin_epoch(memory, clock, now, k)
             excitation, start = excitation - clock, start - clock
             until -= clock
@@ -119,10 +119,9 @@ def cross_decision(memory: Memory, action: int, k: Coefficients) -> bool:
         turn_off(memory, other, q_other, until, k)
     settle(memory, DISPLACEMENT, end)
     arrive(memory, until, end)
+    if not aligned:
+        begin_epoch(memory, until, end, k)
     return True
-
-
-_ROUNDING = 1.0 + 1e-9  # of a sum of decision intervals
 
 
 @inner_kernel
@@ -165,12 +164,10 @@ def _keep(memory: Memory) -> None:
 def _give_up(memory: Memory, start: float, begin: Response, k: Coefficients) -> None:
     """Write the state as it was at the start of the decision, and forget the course."""
     for i in range(memory.shape[1]):
-        slip, charge, pull, pull_f, pull_r = (
-            memory[_BEFORE, i], memory[_BEFORE + 1, i], memory[_BEFORE + 2, i], memory[_BEFORE + 3, i],
-            memory[_BEFORE + 4, i],
-        )  # fmt: skip
-        memory[SLIP, i] = slip
-        memory[DRIVE, i] = flush(charge * begin.e_m)
-        memory[FORCE, i] = flush(pull + pull_f * begin.e_f + pull_r * begin.r_f)
+        for n, row in enumerate(_KEPT):
+            memory[row, i] = memory[_BEFORE + n, i]
+        force = memory[PULL, i] + memory[PULL_F, i] * begin.e_f + memory[PULL_R, i] * begin.r_f
+        memory[FORCE, i] = flush(force)
+        memory[DRIVE, i] = flush(memory[CHARGE, i] * begin.e_m)
         memory[NEURON, i] = tangent(memory[PHASE, i] - k.neuron_rate * start)
     memory[EPOCH, IS_LAID] = 0.0

@@ -103,13 +103,13 @@ def _time_to_zero(V: float, rate: float) -> float:
 
 @inner_kernel
 def cotangent(V: float) -> float:
-    """q = 1 / V = cot(theta / 2), with which eq. 6 of a neuron that is OFF is a clock: dq/dt = -neuron_rate."""
+    """The clock q = 1 / V = cot(theta / 2): eq. 6 of a neuron that is OFF becomes dq/dt = -neuron_rate."""
     return min(max(1.0 / V, -NEVER), NEVER) if V != 0.0 else NEVER
 
 
 @inner_kernel
 def tangent(q: float) -> float:
-    """V = 1 / q."""
+    """Undo `cotangent`."""
     if q == 0.0:
         return _JUST_PAST_INFINITY
     return 1.0 / q if q < NEVER else 0.0

@@ -14,6 +14,7 @@ from crawler_bench.physics import CrawlerParameters, exact
 from crawler_bench.physics.coefficients import EVENT_TOLERANCE, coefficients
 from crawler_bench.physics.course import report
 from crawler_bench.physics.crawler import act
+from crawler_bench.physics.events import exit_time
 from crawler_bench.physics.layout import (
     DISPLACEMENT,
     DRIVE,
@@ -22,9 +23,10 @@ from crawler_bench.physics.layout import (
     SLIP,
     STATE_ROWS,
     VELOCITY,
+    WORK,
     make_memory,
 )
-from crawler_bench.physics.response import relaxation, respond
+from crawler_bench.physics.response import START, after, relaxation, respond, respond_near
 from tests.physics.reference import laplacian_of_chain, net_force, simulate
 
 Array = NDArray[np.float64]
@@ -184,6 +186,60 @@ def test_responses_solve_their_equations(time: float, taus: tuple[float, float, 
     now = respond(time, relaxation(tau_m, tau_f, c))
     expected = solution[[0, 1, 1, 2, 2, 2], [0, 1, 0, 2, 1, 0]]
     np.testing.assert_allclose(now, expected, atol=2e-13)
+
+
+@settings(max_examples=60, deadline=None, derandomize=True, phases=[Phase.generate])
+@given(
+    times=st.tuples(st.floats(0.0, 5.0), st.floats(-1e-3, 1e-3)),
+    taus=st.tuples(*[st.sampled_from([0.6, 0.7, 0.701, 1.0, 1.0 + 1e-9, 3.5])] * 3),
+)
+def test_responses_are_carried_on_from_one_time_to_another(
+    times: tuple[float, float], taus: tuple[float, float, float]
+) -> None:
+    """From any time to a later one, and without exponentials to one nearby, before or after."""
+    (time, step), constants = times, relaxation(*taus)
+    known = respond(time, constants)
+    np.testing.assert_allclose(
+        after(known, respond(0.3, constants)), respond(time + 0.3, constants), atol=2e-13
+    )
+    near = respond_near(known, time, time + step, constants)
+    np.testing.assert_allclose(near, respond(time + step, constants), atol=2e-13)
+
+
+@pytest.mark.parametrize("reading", READINGS, ids=str)
+def test_the_course_is_that_of_the_state(reading: dict[str, Any]) -> None:
+    """A crawler of which the state alone is known goes on like one that has kept its course."""
+    p = CrawlerParameters(**reading)
+    memory, k = make_memory(p.n_segments), coefficients(p)
+    for action in drawn(p, 60):
+        forgetful = make_memory(p.n_segments)
+        forgetful[:STATE_ROWS] = memory[:STATE_ROWS]
+        for each in (memory, forgetful):
+            act(each, action, p.steps_per_decision, k)
+            report(each, k)
+        for row in (DISPLACEMENT, DRIVE, FORCE):
+            np.testing.assert_allclose(forgetful[row], memory[row], atol=1e-12)
+
+
+def test_reporting_changes_nothing_to_come() -> None:
+    p = CrawlerParameters()
+    memory, twin, k = make_memory(p.n_segments), make_memory(p.n_segments), coefficients(p)
+    for action in drawn(p, 100):
+        act(memory, action, p.steps_per_decision, k)
+        act(twin, action, p.steps_per_decision, k)
+        report(twin, k)
+        np.testing.assert_array_equal(memory[DISPLACEMENT], twin[DISPLACEMENT])
+    report(memory, k)
+    np.testing.assert_array_equal(memory[:WORK], twin[:WORK])
+
+
+def test_a_node_may_leave_a_border_on_which_it_rests() -> None:
+    """At the border, going nowhere yet: no value and no slope to guess from."""
+    k = coefficients(CrawlerParameters())
+    time = exit_time.py_func(  # type: ignore[attr-defined]
+        -1.0, 1.0, 1.0, False, 0.0, START, k.decision, k.end, False, k.times, k.tolerance
+    )
+    assert 0.0 <= time < 0.01
 
 
 def test_where_friction_balances_it_takes_steps() -> None:
