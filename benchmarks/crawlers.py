@@ -50,7 +50,7 @@ def crawling_batch(parameters: CrawlerParameters, size: int) -> Callable[[int], 
 
     def work(n_calls: int) -> None:
         for _ in range(n_calls):
-            batch.decide(batch.observation)
-            batch.begin_ended()
+            if batch.decide(batch.observation):
+                batch.begin_ended()
 
     return work

@@ -2,9 +2,8 @@
 
 While no neuron spikes, no muscle crosses its limiter and no node starts or stops sliding, everything has
 a closed form, the *course* (course.py). The friction that holds a stuck node, and the velocity of a sliding
-one, decide when the next event is: both are sums that, up to a positive factor, rise or fall with at most one
-turn, so that the first moment at which one leaves its allowed range is bracketed surely and found by Newton's
-method (events.py). Spikes and falls through the limiter are known beforehand (excitation.py).
+one, decide when the next event is (events.py, exits.py); spikes and falls through the limiter are known
+beforehand (excitation.py).
 
 An event concerns one run of sliding nodes and the stuck ones beside it; the end of a decision concerns no
 course at all. So the course is kept from one decision to the next, and a decision in which nothing happens

@@ -14,7 +14,7 @@ from crawler_bench.physics import CrawlerParameters, exact
 from crawler_bench.physics.coefficients import EVENT_TOLERANCE, coefficients
 from crawler_bench.physics.course import report
 from crawler_bench.physics.crawler import act
-from crawler_bench.physics.events import exit_time
+from crawler_bench.physics.exits import exit_time
 from crawler_bench.physics.layout import (
     DISPLACEMENT,
     DRIVE,
