@@ -14,7 +14,7 @@ from importlib.metadata import PackageNotFoundError, version
 import pandas as pd
 import torch
 
-from benchmarks import environments, figures, learning, physics, scaling
+from benchmarks import counts, environments, figures, learning, physics, scaling
 from benchmarks.measure import FULL, QUICK, Effort, Row
 from crawler_bench.bench.frames import write_csv
 from crawler_bench.bench.store import write_manifest
@@ -65,6 +65,7 @@ def write_tables(folder: Path, effort: Effort) -> None:
         print(measure.__name__, flush=True)
     write_csv(pd.DataFrame([row.as_dict() for row in rows]), folder / "ratios.csv")
     write_csv(pd.DataFrame(learning.shares(effort)), folder / "learning.csv")
+    write_csv(counts.of_a_decision(effort), folder / "counts.csv")
     costs = scaling.against_segments(effort)
     write_csv(costs, folder / "segments.csv")
     write_csv(scaling.against_batch(effort), folder / "batch.csv")

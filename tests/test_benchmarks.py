@@ -19,6 +19,7 @@ COLUMNS = {
     "ratios": ["what", "peer", "unit", "per_second", "peer_per_second", "ratio", "ratio_min", "ratio_max",
                "repeats", "goal", "note"],
     "learning": ["learner", "crawlers", "decisions", "gradient_updates", "per_second", "environment_share"],
+    "counts": ["what", "diagonal policy", "random actions"],
     "segments": ["integrator", "segments", "seconds"],
     "batch": ["integrator", "size", "seconds"],
     "values": ["what", "value", "unit", "goal"],

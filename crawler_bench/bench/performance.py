@@ -32,6 +32,7 @@ def blocks(folder: Path, short: Callable[[object], str]) -> dict[str, Block]:
         "performance": block(_goals, "ratios", "values"),
         "performance ratios": block(_ratios, "ratios"),
         "performance values": block(_values, "values"),
+        "performance counts": block(lambda counts: counts, "counts"),
         "performance learning": block(_learning, "learning"),
         "performance segments": block(lambda costs: _costs(costs, "segments"), "segments"),
         "performance batch": block(lambda costs: _costs(costs, "size"), "batch"),
