@@ -8,7 +8,9 @@ from numpy.typing import NDArray
 
 from crawler_bench.envs.randomness import live_state
 from crawler_bench.envs.transition import END_NAMES, RUNNING, begin, decide_and_report, make_task, report
+from crawler_bench.physics.crawler import centroid
 from crawler_bench.physics.layout import (
+    CENTROID,
     DISPLACEMENT,
     EPISODE_DECISIONS,
     EPOCH,
@@ -197,10 +199,14 @@ class CrawlerEnv(gym.Env[np.int64, np.int64]):
         }
 
     def set_state(self, snapshot: dict[str, Any]) -> None:
-        """Go on from what `get_state` gave, in this or another process."""
+        """Go on from what `get_state` gave, in this or another process.
+
+        Without its "course", which is what earlier versions gave, the crawler goes on up to rounding.
+        """
         self.memory[:STATE_ROWS] = snapshot["state"]
         self.memory[ODOMETER, :3] = snapshot["odometer"]
-        self.memory[EPOCH:WORK] = snapshot["course"]
+        self.memory[EPOCH:WORK] = snapshot.get("course", 0.0)
+        self.memory[EPOCH, CENTROID] = centroid(self.memory[DISPLACEMENT])
         self.memory[STRAIN, :-1] = np.diff(self.memory[DISPLACEMENT])
         self.np_random.bit_generator.state = snapshot["generator"]
 

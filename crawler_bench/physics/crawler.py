@@ -153,6 +153,15 @@ def _step_body(state: NDArray[np.float64], work: NDArray[np.float64], k: Coeffic
             u[i] += k.dt * v[i]
 
 
+@step_kernel
+def centroid(u: NDArray[np.float64]) -> float:
+    """Mean displacement of the nodes, L; `measure` adds up in the same order."""
+    total = 0.0
+    for i in range(u.size):
+        total += u[i]
+    return total / u.size
+
+
 @inner_kernel
 def measure(u: NDArray[np.float64], strain: NDArray[np.float64]) -> tuple[float, float]:
     """Strain of each segment, contraction positive [M20, eq. 9], and what the reward needs, in one pass.

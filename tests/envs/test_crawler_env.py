@@ -79,6 +79,17 @@ def test_a_snapshot_brings_another_environment_to_the_same_future() -> None:
         assert env.step(action)[:4] == twin.step(action)[:4]
 
 
+def test_a_snapshot_of_the_state_alone_will_do() -> None:
+    """Agents that earlier versions saved hold no course."""
+    env, twin = CrawlerEnv(), CrawlerEnv()
+    roll(env, 1, 57)
+    snapshot = env.get_state()
+    del snapshot["course"]
+    twin.set_state(snapshot)
+    for action in [0, 9, 4, 4, 2] * 20:
+        np.testing.assert_allclose(env.step(action)[1], twin.step(action)[1], atol=1e-12)
+
+
 def test_info_holds_fresh_arrays_and_plain_floats() -> None:
     env = CrawlerEnv()
     env.reset(seed=0)
