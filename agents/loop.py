@@ -4,8 +4,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from crawler_bench.envs.randomness import State, random
-from crawler_bench.envs.transition import RUNNING, Memory, Packed, begin, decide
+from crawler_bench.envs.transition import RUNNING, Packed, begin, decide
 from crawler_bench.physics.compilation import kernel
+from crawler_bench.physics.layout import Memory
 
 
 @kernel

@@ -48,7 +48,7 @@ def _count(n_decisions: int) -> list[dict[str, Any]]:
 
         return wrapper
 
-    places = (exact, events, exits)
+    places = (exact, events, exits, response)
     originals = (
         excitation.excite,
         events.switch,

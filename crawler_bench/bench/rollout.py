@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 
 from crawler_bench.bench.record import Record
 from crawler_bench.envs.randomness import State, live_state, random
-from crawler_bench.envs.transition import Memory, Packed, begin, decide, make_task, report
+from crawler_bench.envs.transition import Packed, begin, decide, make_task, report
 from crawler_bench.physics.compilation import kernel
-from crawler_bench.physics.layout import DISPLACEMENT, FORCE, POWER, VELOCITY, make_memory
+from crawler_bench.physics.layout import DISPLACEMENT, FORCE, POWER, VELOCITY, Memory, make_memory
 from crawler_bench.physics.parameters import CrawlerParameters
 
 Array = NDArray[np.float64]

@@ -91,7 +91,7 @@ class CrawlerBatch:
         self.end[:] = RUNNING
 
     def decide(self, actions: Any) -> int:
-        """Hold one neuron of each crawler ON for a decision interval; ended episodes stay as they ended.
+        """Hold one neuron of each crawler ON for a decision interval; see `begin_ended` for ended episodes.
 
         Args:
             actions: (K,) from 0 to N - 1.

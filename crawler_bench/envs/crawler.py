@@ -1,5 +1,6 @@
 """The crawler as a Gymnasium environment."""
 
+from dataclasses import asdict
 from typing import Any
 
 import gymnasium as gym
@@ -195,17 +196,20 @@ class CrawlerEnv(gym.Env[np.int64, np.int64]):
             "state": self.memory[:STATE_ROWS].tolist(),
             "odometer": self.memory[ODOMETER, :3].tolist(),
             "course": self.memory[EPOCH:WORK].tolist(),
+            "parameters": asdict(self.parameters),
             "generator": self.np_random.bit_generator.state,
         }
 
     def set_state(self, snapshot: dict[str, Any]) -> None:
         """Go on from what `get_state` gave, in this or another process.
 
-        Without its "course", which is what earlier versions gave, the crawler goes on up to rounding.
+        Without a course, which earlier versions did not give, or with one that was laid for other parameters,
+        the crawler goes on from the state alone: to rounding, not to the last bit.
         """
+        keeps_course = snapshot.get("parameters") == asdict(self.parameters)
         self.memory[:STATE_ROWS] = snapshot["state"]
         self.memory[ODOMETER, :3] = snapshot["odometer"]
-        self.memory[EPOCH:WORK] = snapshot.get("course", 0.0)
+        self.memory[EPOCH:WORK] = snapshot["course"] if keeps_course else 0.0
         self.memory[EPOCH, CENTROID] = centroid(self.memory[DISPLACEMENT])
         self.memory[STRAIN, :-1] = np.diff(self.memory[DISPLACEMENT])
         self.np_random.bit_generator.state = snapshot["generator"]

@@ -27,11 +27,11 @@ from crawler_bench.physics.layout import (
     POWER,
     STRAIN,
     VELOCITY,
+    Memory,
 )
 from crawler_bench.physics.parameters import CrawlerParameters
 from crawler_bench.physics.response import Relaxation, Response
 
-Memory = NDArray[np.float64]  # (ROWS, N + 1), see physics/layout.py
 Packed = NDArray[np.float64]  # (n,) a task as kernels take it, see `pack`
 
 RUNNING, DISTANCE, TIME = range(3)
@@ -118,7 +118,7 @@ def unpack(c: Packed) -> Task:
             c[17], c[18], c[19] != 0.0, c[20], c[21], c[22], c[23], c[24], c[25], c[26], c[27],
             Relaxation(c[28], c[29], c[30], c[31], c[32], c[33], c[34] != 0.0, c[35], c[36], c[37]),
             Response(c[38], c[39], c[40], c[41], c[42], c[43]), c[44], c[45],
-            Response(c[46], c[47], c[48], c[49], c[50], c[51]), c[52], c[53], c[54],
+            Response(c[46], c[47], c[48], c[49], c[50], c[51]), c[52], c[53],
         ),
     )  # fmt: skip
 

@@ -95,6 +95,7 @@ class CrawlerVectorEnv(VectorEnv[Any, Any, Any]):
         """
         crawlers = self.crawlers
         n_ended = crawlers.decide(actions)
+        crawlers.report()
         truncated = crawlers.end != RUNNING
         rewards, infos = crawlers.outcome[:, REWARD].copy(), self._infos()
         if n_ended:
@@ -109,7 +110,6 @@ class CrawlerVectorEnv(VectorEnv[Any, Any, Any]):
 
     def _infos(self) -> Info:
         crawlers = self.crawlers
-        crawlers.report()
         pages = crawlers.memory[:, VELOCITY : STRAIN + 1].copy()
         outcome = crawlers.outcome.copy()
         return {

@@ -3,7 +3,6 @@
 import math
 from typing import NamedTuple
 
-from crawler_bench.physics.muscle import NEGLIGIBLE
 from crawler_bench.physics.parameters import CrawlerParameters
 from crawler_bench.physics.response import Relaxation, Response, follow, relaxation, respond
 
@@ -44,7 +43,6 @@ class Coefficients(NamedTuple):
     horizon: float  # the decisions that fit into it, or one
     far: Response  # the responses then
     tolerance: float  # of events
-    negligible: float  # drive or force below which a muscle is at rest
     contraction_sign: float  # of the strain whose argmax is observed (reading `observation`)
 
 
@@ -85,7 +83,6 @@ def coefficients(parameters: CrawlerParameters, tolerance: float = EVENT_TOLERAN
         horizon=horizon,
         far=respond(horizon, times),
         tolerance=tolerance,
-        negligible=NEGLIGIBLE,
         contraction_sign=1.0 if p.observation == "most_contracted" else -1.0,
     )
 

@@ -7,6 +7,7 @@ named after a hash of every source that can stand in a compiled call chain.
 
 import functools
 import hashlib
+import math
 import os
 import re
 import shutil
@@ -17,6 +18,8 @@ from typing import Any, ParamSpec, TypeVar
 
 import numba
 import platformdirs
+from llvmlite import ir
+from numba.extending import intrinsic, overload
 
 Arguments = ParamSpec("Arguments")
 Result = TypeVar("Result")
@@ -110,3 +113,27 @@ def _compile(function: Callable[Arguments, Result], **options: bool) -> Callable
     finally:
         config.CACHE_DIR = previous
     return compiled
+
+
+def _emit_exp(typing_context: Any, x: Any) -> Any:
+    def emit(context: Any, builder: Any, signature: Any, operands: Any) -> Any:
+        return builder.call(builder.module.declare_intrinsic("llvm.exp", [ir.DoubleType()]), operands)
+
+    return numba.float64(numba.float64), emit
+
+
+_library_exp: Any = intrinsic(_emit_exp)
+
+
+def exp(x: float) -> float:
+    """The exponential function, `math.exp`.
+
+    In kernels it is the one of the C library, which numba calls through a wrapper for old libraries; a
+    crawler would pay for that several times a decision.
+    """
+    return math.exp(x)
+
+
+@overload(exp, strict=False)
+def _exp_in_kernels(x: Any) -> Any:
+    return lambda x: _library_exp(x)

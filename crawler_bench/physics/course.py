@@ -13,9 +13,6 @@ epoch; so, every few decisions, a new epoch begins, which changes no course, onl
 
 import math
 
-import numpy as np
-from numpy.typing import NDArray
-
 from crawler_bench.physics.body import FORWARD, STUCK
 from crawler_bench.physics.coefficients import Coefficients
 from crawler_bench.physics.compilation import inner_kernel, step_kernel
@@ -46,13 +43,12 @@ from crawler_bench.physics.layout import (
     W_F,
     W_R,
     WORK,
+    Memory,
     W,
 )
-from crawler_bench.physics.muscle import flush
+from crawler_bench.physics.muscle import NEGLIGIBLE, flush
 from crawler_bench.physics.neuron import cotangent, tangent
 from crawler_bench.physics.response import START, Response
-
-Memory = NDArray[np.float64]
 
 
 @inner_kernel
@@ -172,6 +168,12 @@ def settle_run(memory: Memory, low: int, high: int, now: Response) -> None:
             memory[ORIGIN, i] = u + memory[W_F, i] * now.s_f + memory[W_R, i] * now.s_r
 
 
+@inner_kernel
+def _or_zero(part: float) -> float:
+    """Part of a force, or 0 where it is negligible."""
+    return part if abs(part) > NEGLIGIBLE else 0.0
+
+
 @step_kernel
 def begin_epoch(memory: Memory, clock: float, now: Response, k: Coefficients) -> None:
     """Count from `clock` on, at which the responses are `now`; all nodes are to be looked at again."""
@@ -180,10 +182,8 @@ def begin_epoch(memory: Memory, clock: float, now: Response, k: Coefficients) ->
     for part in (PULL, NET, W):
         as_e_f, as_r_f = memory[part + 1], memory[part + 2]
         for i in range(tail + 1):
-            remaining = as_e_f[i] * now.e_f + as_r_f[i] * now.r_f
-            as_e_f[i] = remaining if abs(remaining) > k.negligible else 0.0
-            as_r_f[i] *= now.e_m
-            as_r_f[i] = as_r_f[i] if abs(as_r_f[i]) > k.negligible else 0.0
+            as_e_f[i] = _or_zero(as_e_f[i] * now.e_f + as_r_f[i] * now.r_f)
+            as_r_f[i] = _or_zero(as_r_f[i] * now.e_m)
     for i in range(tail + 1):
         memory[CHARGE, i] = flush(memory[CHARGE, i] * now.e_m)
         memory[PHASE, i] -= k.neuron_rate * clock

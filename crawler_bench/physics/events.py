@@ -7,7 +7,6 @@ they are now, where they will be, and how steeply they go there; only the others
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from crawler_bench.physics.body import BACKWARD, FORWARD, STUCK
 from crawler_bench.physics.coefficients import Coefficients
@@ -24,11 +23,10 @@ from crawler_bench.physics.layout import (
     W_F,
     W_R,
     WORK,
+    Memory,
     W,
 )
 from crawler_bench.physics.response import Response
-
-Memory = NDArray[np.float64]
 
 
 class Sights(NamedTuple):

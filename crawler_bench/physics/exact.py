@@ -35,12 +35,11 @@ from crawler_bench.physics.layout import (
     PULL_R,
     SLIP,
     WORK,
+    Memory,
 )
 from crawler_bench.physics.muscle import flush
 from crawler_bench.physics.neuron import tangent
 from crawler_bench.physics.response import START, Response, after, respond
-
-Memory = NDArray[np.float64]
 
 MOST_EVENTS = 200  # for each node in 1 tau; in crawls there are a few for the whole body
 _KEPT = (SLIP, CHARGE, PULL, PULL_F, PULL_R)  # what events change of the state at the start of a decision
@@ -58,7 +57,8 @@ def cross_decision(memory: Memory, action: int, k: Coefficients) -> bool:
         k: coefficients.
 
     Returns:
-        False if it cannot; the state is then as before and the course is gone. Where friction may balance
+        False if it cannot; the state, but for the velocities that follow from it, is then as before and the
+        course is gone. Where friction may balance
         with every node sliding, or all but one at its limit, rigid motion is free and no event tells what
         happens; and events without end are given up.
     """
@@ -85,7 +85,7 @@ def cross_decision(memory: Memory, action: int, k: Coefficients) -> bool:
         is_end = node < 0 and excitation >= until
         if events == 0 and (k.may_balance or not is_end):
             _keep(memory)
-        too_many = events > MOST_EVENTS * (tail + 1) * (1.0 + k.decision)
+        too_many = not is_end and events > MOST_EVENTS * (tail + 1) * (1.0 + k.decision)
         if too_many or (k.may_balance and _stuck_nodes(memory[SLIP]) <= 1):
             _give_up(memory, start, begin, k)
             return False
@@ -161,7 +161,7 @@ def _keep(memory: Memory) -> None:
 
 @inner_kernel
 def _give_up(memory: Memory, start: float, begin: Response, k: Coefficients) -> None:
-    """Write the state as it was at the start of the decision, and forget the course."""
+    """Write the state as it was at the start of the decision, without velocities, and forget the course."""
     for i in range(memory.shape[1]):
         for n, row in enumerate(_KEPT):
             memory[row, i] = memory[_BEFORE + n, i]

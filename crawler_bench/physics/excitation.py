@@ -7,9 +7,6 @@ costs nothing while it is OFF. One that is ON turns by an angle that is the same
 
 import math
 
-import numpy as np
-from numpy.typing import NDArray
-
 from crawler_bench.physics.coefficients import Coefficients
 from crawler_bench.physics.compilation import inner_kernel
 from crawler_bench.physics.course import add_up, bend
@@ -22,11 +19,11 @@ from crawler_bench.physics.layout import (
     PULL_F,
     PULL_R,
     SPIKE_AT,
+    Memory,
 )
 from crawler_bench.physics.response import Response
 
-Memory = NDArray[np.float64]
-
+_COINCIDENCE = 1e-13  # of a spike with the end of a decision, tau_theta
 _SURE = 1.5  # half the angle by which an ON neuron turns before it may have passed its spike and come round
 
 
@@ -41,13 +38,18 @@ def turn_on(memory: Memory, i: int, clock: float, k: Coefficients) -> float:
     turned = k.cos_rate_decision + q * k.sin_rate_decision
     end = (q * k.cos_rate_decision - k.sin_rate_decision) / turned if turned != 0.0 else NEVER
     end = min(max(end, -NEVER), NEVER)
-    memory[SPIKE_AT, i] = NEVER
+    due, memory[SPIKE_AT, i] = memory[SPIKE_AT, i] <= clock + _COINCIDENCE, NEVER
     if not k.spike_at_pi:  # at theta = 2 pi, where q passes from -infinity to infinity
-        angle = math.atan(-1.0 / q) if q != 0.0 else 0.5 * math.pi
+        angle = math.atan(-1.0 / q) if q != 0.0 else -0.5 * math.pi
         memory[SPIKE_AT, i] = clock + (angle if q < 0.0 else angle + math.pi) / k.neuron_rate
     elif (q >= 0.0) & (end < 0.0) or k.neuron_rate * k.decision > _SURE:
         angle = math.atan(q)
-        memory[SPIKE_AT, i] = clock + (angle if q >= 0.0 else angle + math.pi) / k.neuron_rate
+        time = clock + (angle if q >= 0.0 else angle + math.pi) / k.neuron_rate
+        if end < 0.0 <= q and k.neuron_rate * k.decision <= _SURE:  # it has spiked: rounding must not undo it
+            time = min(time, clock + k.decision - _COINCIDENCE)
+        memory[SPIKE_AT, i] = time
+    elif due:  # the spike of a neuron that was OFF, at this very moment
+        memory[SPIKE_AT, i] = clock
     return end
 
 
@@ -55,7 +57,7 @@ def turn_on(memory: Memory, i: int, clock: float, k: Coefficients) -> float:
 def turn_off(memory: Memory, i: int, q: float, clock: float, k: Coefficients) -> None:
     """Turn neuron i, whose q is given, OFF; note when it spikes."""
     memory[PHASE, i] = q + k.neuron_rate * clock if q < NEVER else NEVER
-    memory[SPIKE_AT, i] = clock + q / k.neuron_rate if k.spike_at_pi and 0.0 < q < NEVER else NEVER
+    memory[SPIKE_AT, i] = clock + q / k.neuron_rate if k.spike_at_pi and 0.0 <= q < NEVER else NEVER
 
 
 @inner_kernel

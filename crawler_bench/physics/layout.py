@@ -25,10 +25,12 @@ CLOCK, IS_LAID, CENTROID = range(3)
 ORIGIN, PHASE, CHARGE = 12, 13, 14
 PULL, PULL_F, PULL_R, NET, NET_F, NET_R, W, W_F, W_R = range(15, 24)
 SPIKE_AT, LIMIT_AT, LEAVE_AT = 24, 25, 26
-# All rows up to here decide the future; those that follow are scratch for the kernels.
+# A copy of all rows up to here goes on like the original; those that follow are scratch for the kernels.
 WORK = 27
-WORK_ROWS = 10
+WORK_ROWS = 6  # what exact.py keeps, and a row
 ROWS = WORK + WORK_ROWS
+
+Memory = NDArray[np.float64]  # (ROWS, N + 1)
 
 NEVER = 1e300  # a time that does not come; finite, so that JSON can hold it
 

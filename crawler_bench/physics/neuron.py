@@ -17,7 +17,7 @@ from crawler_bench.physics.compilation import inner_kernel, step_kernel
 from crawler_bench.physics.layout import NEVER
 
 NO_SPIKE = -1.0
-_JUST_PAST_INFINITY = -1e300
+_JUST_PAST_INFINITY = -NEVER
 
 
 @inner_kernel

@@ -1,7 +1,7 @@
-"""How relaxations answer to relaxations: the functions of time that an interval without events is made of.
+"""How relaxations answer to relaxations: the functions of time that a course is made of, see course.py.
 
 Between events a spike's drive decays as e_m = exp(-t / tau_m). Forces and displacements follow it through up
-to two relaxations more, so every quantity is a sum of these functions of the time t since the interval began:
+to two relaxations more, so every quantity is a sum of these functions of the time t since the epoch:
 
     e_f = exp(-t / tau_f)         a force left alone
     r_f                           the force that follows e_m:         tau_f r_f' = e_m - r_f,   r_f(0) = 0
@@ -16,7 +16,7 @@ are equal, or nearly so, too.
 import math
 from typing import NamedTuple
 
-from crawler_bench.physics.compilation import inner_kernel, step_kernel
+from crawler_bench.physics.compilation import exp, inner_kernel, step_kernel
 
 _CLOSE = 0.1  # spread of three exponents below which the divided difference is summed as a series
 _TERMS = 9
@@ -75,8 +75,8 @@ def relaxation(tau_m: float, tau_f: float, c: float) -> Relaxation:
 @inner_kernel
 def respond(time: float, times: Relaxation) -> Response:
     """Evaluate all functions at a time, for any time constants."""
-    e_m, e_f = math.exp(-time * times.rate_m), math.exp(-time * times.rate_f)
-    e_c = math.exp(-time * times.rate_c)
+    e_m, e_f = exp(-time * times.rate_m), exp(-time * times.rate_f)
+    e_c = exp(-time * times.rate_c)
     if times.apart:
         r_f = (e_m - e_f) * times.over_f_m
         s_f = (e_f - e_c) * times.over_c_f

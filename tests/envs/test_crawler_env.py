@@ -84,10 +84,25 @@ def test_a_snapshot_of_the_state_alone_will_do() -> None:
     env, twin = CrawlerEnv(), CrawlerEnv()
     roll(env, 1, 57)
     snapshot = env.get_state()
-    del snapshot["course"]
+    del snapshot["course"], snapshot["parameters"]
     twin.set_state(snapshot)
     for action in [0, 9, 4, 4, 2] * 20:
         np.testing.assert_allclose(env.step(action)[1], twin.step(action)[1], atol=1e-12)
+
+
+@pytest.mark.parametrize("other", [{"integrator": "step"}, {"tau_f": 0.4}, {"damping": 2.0}])
+def test_a_snapshot_of_one_body_goes_on_in_another(other: dict[str, Any]) -> None:
+    """A course holds for the parameters for which it was laid; the state holds for all."""
+    env = CrawlerEnv()
+    roll(env, 1, 57)
+    snapshot, twin, fresh = env.get_state(), *(CrawlerEnv(CrawlerParameters(**other)) for _ in range(2))
+    twin.set_state(snapshot)
+    fresh.set_state({name: snapshot[name] for name in ("state", "odometer", "generator")})
+    for action in [0, 9, 4, 4, 2] * 20:
+        one, two = twin.step(action), fresh.step(action)
+        assert one[:4] == two[:4]
+        np.testing.assert_array_equal(one[4]["muscle_force"], two[4]["muscle_force"])
+        assert one[4]["muscle_force"].max() > 0
 
 
 def test_info_holds_fresh_arrays_and_plain_floats() -> None:
