@@ -18,7 +18,7 @@ WHAT = {
     "excite": "spikes, and drives that fall through their limit",
     "switch": "nodes that start or stop sliding",
     "set_course": "nodes whose course is laid anew",
-    "_safe_until": "nodes that are looked at",
+    "_look": "nodes that are looked at",
     "_root": "searches for a root",
     "respond": "times at which the responses are evaluated",
 }
@@ -53,7 +53,7 @@ def _count(n_decisions: int) -> list[dict[str, Any]]:
         excitation.excite,
         events.switch,
         course.set_course,
-        events._safe_until,
+        events._look,
         exits._root,
         response.respond,
     )

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from crawler_bench.envs.randomness import State, random
 from crawler_bench.physics import course
 from crawler_bench.physics.coefficients import Coefficients, coefficients
-from crawler_bench.physics.compilation import inner_kernel, step_kernel
+from crawler_bench.physics.compilation import inner_kernel, shape_known, step_kernel
 from crawler_bench.physics.crawler import act, measure, net_muscle_force
 from crawler_bench.physics.layout import (
     CENTROID,
@@ -24,7 +24,9 @@ from crawler_bench.physics.layout import (
     LIFETIME_DECISIONS,
     LIFETIME_DISTANCE,
     ODOMETER,
+    PAPER_NODES,
     POWER,
+    ROWS,
     STRAIN,
     VELOCITY,
     Memory,
@@ -36,6 +38,8 @@ Packed = NDArray[np.float64]  # (n,) a task as kernels take it, see `pack`
 
 RUNNING, DISTANCE, TIME = range(3)
 END_NAMES = (None, "distance", "time")
+
+_of_paper_size = shape_known(ROWS, PAPER_NODES)
 
 
 class Task(NamedTuple):
@@ -151,6 +155,13 @@ def decide(memory: Memory, action: int, packed: Packed, rng: State) -> Decision:
         packed: the task.
         rng: breaks ties, draws the noise.
     """
+    if memory.shape[1] == PAPER_NODES:
+        return _decide(_of_paper_size(memory), action, packed, rng)
+    return _decide(memory, action, packed, rng)
+
+
+@inner_kernel
+def _decide(memory: Memory, action: int, packed: Packed, rng: State) -> Decision:
     task = unpack(packed)
     u, odometer = memory[DISPLACEMENT], memory[ODOMETER]
     before = memory[EPOCH, CENTROID]

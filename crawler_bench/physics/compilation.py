@@ -7,6 +7,7 @@ named after a hash of every source that can stand in a compiled call chain.
 
 import functools
 import hashlib
+import importlib
 import math
 import os
 import re
@@ -17,9 +18,11 @@ from pathlib import Path
 from typing import Any, ParamSpec, TypeVar
 
 import numba
+import numpy as np
 import platformdirs
 from llvmlite import ir
 from numba.extending import intrinsic, overload
+from numpy.typing import NDArray
 
 Arguments = ParamSpec("Arguments")
 Result = TypeVar("Result")
@@ -93,8 +96,11 @@ def step_kernel(function: Callable[Arguments, Result]) -> Callable[Arguments, Re
 
     Numba counts them, with an atomic instruction each, where it cannot prove that they do not change. In a
     loop over steps that takes longer than the physics.
+
+    It stays a call. Left unsaid, numba would make it part of every `inner_kernel` that calls it; and what a
+    kernel seldom needs is prepared in each of its calls.
     """
-    return _compile(function, _nrt=False)
+    return _compile(function, _nrt=False, forceinline=False)
 
 
 def inner_kernel(function: Callable[Arguments, Result]) -> Callable[Arguments, Result]:
@@ -137,3 +143,36 @@ def exp(x: float) -> float:
 @overload(exp, strict=False)
 def _exp_in_kernels(x: Any) -> Any:
     return lambda x: _library_exp(x)
+
+
+def shape_known(*shape: int) -> Callable[[NDArray[np.float64]], NDArray[np.float64]]:
+    """A function that returns a contiguous array of doubles as it is, and whose compiler knows the shape.
+
+    Where rows lie and how long loops are, is then not calculated in each call but compiled in. The caller
+    has to see to it that the array has this shape.
+    """
+
+    def emit_known(typing_context: Any, array: Any) -> Any:
+        def emit(context: Any, builder: Any, signature: Any, operands: Any) -> Any:
+            arrays: Any = importlib.import_module(
+                "numba.np.arrayobj"
+            )  # not needed where the cache has the code
+            given, known = (
+                arrays.make_array(array)(context, builder, value) for value in (operands[0], None)
+            )
+            sizes = [context.get_constant(numba.intp, n) for n in shape]
+            steps = [context.get_constant(numba.intp, 8 * math.prod(shape[n:])) for n in range(1, len(shape))]
+            item = context.get_constant(numba.intp, 8)
+            arrays.populate_array(
+                known, data=given.data, shape=sizes, strides=[*steps, item], itemsize=item,
+                meminfo=given.meminfo, parent=given.parent,
+            )  # fmt: skip
+            return known._getvalue()
+
+        return array(array), emit
+
+    def as_it_is(array: NDArray[np.float64]) -> NDArray[np.float64]:
+        return array
+
+    known: Any = intrinsic(emit_known)
+    return as_it_is if config.DISABLE_JIT else known

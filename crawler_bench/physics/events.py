@@ -7,6 +7,7 @@ they are now, where they will be, and how steeply they go there; only the others
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from crawler_bench.physics.body import BACKWARD, FORWARD, STUCK
 from crawler_bench.physics.coefficients import Coefficients
@@ -28,6 +29,10 @@ from crawler_bench.physics.layout import (
 )
 from crawler_bench.physics.response import Response
 
+# Lists of nodes are made without branches, of which a processor would guess many wrong: what comes next is
+# written anyway, and counted if it belongs to the list. An index without sign needs no check for one below 0.
+NO_NODES = np.uint64(0)
+
 
 class Sights(NamedTuple):
     """How far ahead one looks, and the responses there."""
@@ -38,38 +43,51 @@ class Sights(NamedTuple):
     far: Response
 
 
+class Leaver(NamedTuple):
+    """The node that leaves its state next."""
+
+    time: float  # when; the end of the decision if none leaves before
+    node: int  # -1 if none does
+    known: int  # how many were found since the decision began
+
+
 @inner_kernel
 def watch(
     memory: Memory, low: int, high: int, anew: bool, clock: float, now: Response, sights: Sights,
-    patient: bool, k: Coefficients,
-) -> None:  # fmt: skip
-    """Note when to look at each node from `low` to `high` again.
+    first: Leaver, patient: bool, k: Coefficients,
+) -> Leaver:  # fmt: skip
+    """Note when to look at nodes again.
 
-    Not before the next epoch, if it surely keeps its state so long; or at the end of the decision, if it
+    Not before the next epoch, if a node surely keeps its state so long; or at the end of the decision, if it
     keeps it so long; or else when it leaves its state.
 
     Args:
         memory: LEAVE_AT is written.
-        low: the first node.
-        high: the last node.
-        anew: look at all of them, as their course is new; else only at those whose time has come.
+        low: the first node whose course is new.
+        high: the last node whose course is new.
+        anew: look at these; else, at all nodes whose time has come, as no course is new.
         clock: time now.
         now: the responses.
         sights: how far one looks.
+        first: who left, or was to leave, first up to now.
         patient: whether to overlook a node that leaves at once, which rounding may do again and again.
         k: coefficients.
+
+    Returns:
+        Who leaves first.
     """
-    leave_at, listed = memory[LEAVE_AT], memory[WORK]
-    count = 0
-    for i in range(low, high + 1):  # lists are made without branches, too
-        listed[count] = i
-        count += int(anew or leave_at[i] <= clock)
-    suspects = 0
-    for j in range(count):
-        i = int(listed[j])
-        leave_at[i] = _safe_until(memory, i, clock, now, sights, k)
-        listed[suspects] = i
-        suspects += int(leave_at[i] < clock)
+    leave_at, listed, suspects = memory[LEAVE_AT], memory[WORK], NO_NODES
+    if anew:
+        for i in range(low, high + 1):
+            suspects = _look(memory, i, suspects, clock, now, sights, k)
+    else:
+        count = NO_NODES
+        for i in range(leave_at.size):
+            listed[count] = i
+            count += np.uint64(leave_at[i] <= clock)
+        for j in range(count):
+            suspects = _look(memory, int(listed[j]), suspects, clock, now, sights, k)
+    time, node, known = sights.until, -1, first.known
     for j in range(suspects):
         i = int(listed[j])
         leave_at[i] = sights.until
@@ -78,35 +96,65 @@ def watch(
         if not sliding:
             p, limits = k.backward + p, 2
         for _ in range(limits):
-            time = exit_time(
+            at = exit_time(
                 p, q_f, q_r, sliding, clock, now, sights.until, sights.end, patient, k.times, k.tolerance
             )
-            leave_at[i] = min(leave_at[i], time)
+            leave_at[i] = min(leave_at[i], at)
             p, q_f, q_r = k.forward + k.backward - p, -q_f, -q_r  # the distance to the other limit
+        if leave_at[i] < time:
+            time, node = leave_at[i], i
+        known += int(leave_at[i] < sights.until)
+    has_left = low <= first.node <= high
+    if has_left and first.known > 1:  # others may be waiting elsewhere
+        time, node = _earliest(leave_at, sights.until)
+    elif not has_left and (first.time, first.node) <= (time, node):
+        time, node = first.time, first.node
+    return Leaver(time, node, known)
 
 
 @inner_kernel
-def _safe_until(
-    memory: Memory, i: int, clock: float, now: Response, sights: Sights, k: Coefficients
-) -> float:
-    """Until when a node surely keeps its state: NEVER, the end of the decision, or less than `clock`.
+def _earliest(times: NDArray[np.float64], limit: float) -> tuple[float, int]:
+    """The earliest time before `limit` and where it stands; `limit` and -1 if there is none."""
+    first, where = limit, -1
+    for i in range(times.size):
+        if times[i] < first:
+            first, where = times[i], i
+    return first, where
 
-    Without branches, of which a processor would guess many wrong.
+
+@inner_kernel
+def _look(
+    memory: Memory, i: int, suspects: np.uint64, clock: float, now: Response, sights: Sights,
+    k: Coefficients,
+) -> np.uint64:  # fmt: skip
+    """Note until when node i surely keeps its state; list it as a suspect if it may not until the end.
+
+    Returns:
+        How many suspects there are now.
     """
     sliding = memory[SLIP, i] != STUCK
     p, q_f, q_r = _force(memory, i, sliding)
+    to_end = _stays(p, q_f, q_r, sliding, clock, now, sights.until, sights.end, k)
+    to_horizon = _stays(p, q_f, q_r, sliding, clock, now, sights.horizon, sights.far, k)
+    memory[LEAVE_AT, i] = sights.until + int(to_horizon) * NEVER  # without branches, like the list
+    memory[WORK, suspects] = i
+    return suspects + np.uint64(not (to_end | to_horizon))
+
+
+@inner_kernel
+def _stays(
+    p: float, q_f: float, q_r: float, sliding: bool, clock: float, now: Response, until: float, end: Response,
+    k: Coefficients,
+) -> bool:  # fmt: skip
+    """Whether a node surely keeps its state until a time."""
     start, slope = height(p, q_f, q_r, sliding, now), slope_of(q_f, q_r, now, k.times.rate_f)
+    at_end, last_slope = height(p, q_f, q_r, sliding, end), slope_of(q_f, q_r, end, k.times.rate_f)
     lowest, highest = (0.0, NEVER) if sliding else (-k.backward, k.forward)
     is_inside = (start < highest - k.tolerance) & (start > lowest + k.tolerance)
-    safe = -NEVER
-    for until, end, sure in ((sights.until, sights.end, sights.until), (sights.horizon, sights.far, NEVER)):
-        at_end, last_slope = height(p, q_f, q_r, sliding, end), slope_of(q_f, q_r, end, k.times.rate_f)
-        stays = is_inside & (at_end < highest - k.tolerance) & (at_end > lowest + k.tolerance)
-        # Where it may turn in between, it goes at most as far as its first slope takes it.
-        far = start * (end.e_c if sliding else 1.0) + slope * (until - clock)
-        stays &= (slope * last_slope >= 0.0) | ((far < highest) & (far > lowest))
-        safe = sure if stays else safe
-    return safe
+    is_inside &= (at_end < highest - k.tolerance) & (at_end > lowest + k.tolerance)
+    # Where it may turn in between, it goes at most as far as its first slope takes it.
+    far = start * (end.e_c if sliding else 1.0) + slope * (until - clock)
+    return bool(is_inside & ((slope * last_slope >= 0.0) | ((far < highest) & (far > lowest))))
 
 
 @inner_kernel

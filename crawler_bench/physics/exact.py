@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 
 from crawler_bench.physics.body import STUCK
 from crawler_bench.physics.coefficients import Coefficients
-from crawler_bench.physics.compilation import inner_kernel
+from crawler_bench.physics.compilation import inner_kernel, step_kernel
 from crawler_bench.physics.course import arrive, begin_epoch, lay, responses, set_course, settle, settle_run
-from crawler_bench.physics.events import Sights, switch, watch
+from crawler_bench.physics.events import Leaver, Sights, switch, watch
 from crawler_bench.physics.excitation import due, excite, next_excitation, turn_off, turn_on
 from crawler_bench.physics.layout import (
     CHARGE,
@@ -27,7 +27,6 @@ from crawler_bench.physics.layout import (
     EPOCH,
     FORCE,
     IS_LAID,
-    LEAVE_AT,
     NEURON,
     PHASE,
     PULL,
@@ -62,7 +61,7 @@ def cross_decision(memory: Memory, action: int, k: Coefficients) -> bool:
         with every node sliding, or all but one at its limit, rigid motion is free and no event tells what
         happens; and events without end are given up.
     """
-    leave_at, epoch, tail = memory[LEAVE_AT], memory[EPOCH], memory.shape[1] - 1
+    epoch, tail = memory[EPOCH], memory.shape[1] - 1
     other = tail if action == 0 else action
     if epoch[IS_LAID] == 0.0:
         lay(memory, k)
@@ -78,11 +77,12 @@ def cross_decision(memory: Memory, action: int, k: Coefficients) -> bool:
     excitation = next_excitation(memory)
     low, high, anew, aligned = 0, tail, clock == 0.0, True
     events, idle = 0, 0
+    first = Leaver(until, -1, 0)
     while True:
-        watch(memory, low, high, anew, clock, now, sights, idle > 2 * tail, k)
-        before = clock
-        clock, node = _earliest(leave_at, min(excitation, until))
-        is_end = node < 0 and excitation >= until
+        first = watch(memory, low, high, anew, clock, now, sights, first, idle > 2 * tail, k)
+        node = first.node if first.time < excitation else -1
+        before, clock = clock, min(first.time, excitation)
+        is_end = clock >= until
         if events == 0 and (k.may_balance or not is_end):
             _keep(memory)
         too_many = not is_end and events > MOST_EVENTS * (tail + 1) * (1.0 + k.decision)
@@ -96,10 +96,9 @@ def cross_decision(memory: Memory, action: int, k: Coefficients) -> bool:
         if clock > k.longest:  # only where a single decision is longer; the event comes next
             aligned = False
             begin_epoch(memory, clock, now, k)
-            excitation, start = excitation - clock, start - clock
-            until -= clock
+            excitation, start, until = excitation - clock, start - clock, until - clock
             end = respond(until, k.times)
-            sights = Sights(until, end, until, end)
+            sights, first = Sights(until, end, until, end), Leaver(until, -1, 0)
             clock, now, low, high = 0.0, START, 0, tail
         else:
             muscle = due(memory, clock) if node < 0 else 0
@@ -132,16 +131,6 @@ def _stuck_nodes(slip: NDArray[np.float64]) -> int:
 
 
 @inner_kernel
-def _earliest(times: NDArray[np.float64], limit: float) -> tuple[float, int]:
-    """The earliest time before `limit` and where it stands; `limit` and -1 if there is none."""
-    first, where = limit, -1
-    for i in range(times.size):
-        if times[i] < first:
-            first, where = times[i], i
-    return first, where
-
-
-@inner_kernel
 def _reach(slip: NDArray[np.float64], low: int, high: int) -> tuple[int, int]:
     """The nodes from `low` to `high` and those that slide next to them, up to a stuck node on either side."""
     while low > 0 and slip[low] != STUCK:
@@ -159,7 +148,7 @@ def _keep(memory: Memory) -> None:
             memory[_BEFORE + n, i] = memory[row, i]
 
 
-@inner_kernel
+@step_kernel
 def _give_up(memory: Memory, start: float, begin: Response, k: Coefficients) -> None:
     """Write the state as it was at the start of the decision, without velocities, and forget the course."""
     for i in range(memory.shape[1]):

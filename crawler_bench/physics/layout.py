@@ -29,6 +29,7 @@ SPIKE_AT, LIMIT_AT, LEAVE_AT = 24, 25, 26
 WORK = 27
 WORK_ROWS = 6  # what exact.py keeps, and a row
 ROWS = WORK + WORK_ROWS
+PAPER_NODES = 11  # of the crawler of [M20], for which kernels are compiled apart, see envs/transition.py
 
 Memory = NDArray[np.float64]  # (ROWS, N + 1)
 
