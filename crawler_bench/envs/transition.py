@@ -145,7 +145,7 @@ def begin(memory: Memory, packed: Packed, rng: State) -> int:
     return observe(memory, unpack(packed), rng)
 
 
-@step_kernel
+@inner_kernel
 def decide(memory: Memory, action: int, packed: Packed, rng: State) -> Decision:
     """Hold one neuron ON for a decision interval.
 

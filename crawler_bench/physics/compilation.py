@@ -115,7 +115,9 @@ def _compile(function: Callable[Arguments, Result], **options: bool) -> Callable
     previous = config.CACHE_DIR
     config.CACHE_DIR = str(cache_folder())  # read once, while the decorator below chooses its cache
     try:
-        compiled: Callable[Arguments, Result] = njit(cache=True, error_model="numpy", **options)(function)
+        compiled: Callable[Arguments, Result] = njit(
+            cache=True, error_model="numpy", no_cfunc_wrapper=True, **options
+        )(function)
     finally:
         config.CACHE_DIR = previous
     return compiled

@@ -44,7 +44,7 @@ def act(memory: NDArray[np.float64], action: int, n_steps: int, k: Coefficients)
     advance(memory[:STATE_ROWS], memory[WORK:], action, n_steps, k)
 
 
-@step_kernel
+@inner_kernel
 def advance(
     state: NDArray[np.float64], work: NDArray[np.float64], action: int, n_steps: int, k: Coefficients
 ) -> None:
