@@ -21,7 +21,8 @@ from crawler_bench.bench.store import write_manifest
 from crawler_bench.bench.style import save
 
 PAIRS = (
-    physics.against_solve, physics.exact_against_stepped, physics.batch_against_one,
+    physics.against_solve, physics.exact_against_solve,
+    physics.exact_against_stepped, physics.batch_against_one,
     environments.single, environments.vector, learning.tabular, learning.over_nothing,
 )  # fmt: skip
 OUT = {False: Path("results/performance"), True: Path("results/smoke/performance")}

@@ -32,18 +32,37 @@ STEP_UNIT = "steps of dt, or the time they take"
 
 def against_solve(effort: Effort) -> list[Row]:
     """Steps of a whole crawler against general tridiagonal solves of its size."""
+    return [
+        compare(
+            Side(f"step of a crawler, {name}", compiled_crawl(body("step"), actions), STEPS),
+            _solver(), "steps, solves", effort, STEPS_PER_SOLVE,
+        )
+        for name, actions in _SEQUENCES
+    ]  # fmt: skip
+
+
+def exact_against_solve(effort: Effort) -> list[Row]:
+    """The exact integrator against the same solves; the goal is the product of the two goals around it."""
+    crawlers = [
+        Side(f"crawler, exact, {name}", compiled_crawl(body("exact"), actions), STEPS)
+        for name, actions in _SEQUENCES
+    ]
+    batch = Side(f"batch of {BATCH}, exact", crawling_batch(body("exact"), BATCH), float(BATCH * STEPS))
+    goal = STEPS_PER_SOLVE * EXACT_OVER_STEPPED
+    return [compare(ours, _solver(), f"{STEP_UNIT}, solves", effort, goal) for ours in (*crawlers, batch)]
+
+
+_SEQUENCES = (("diagonal policy", NO_ACTIONS), ("random actions", random_actions()))
+
+
+def _solver() -> Side:
     rng = np.random.default_rng(0)
     n = 11
     lower, upper = rng.uniform(0.5, 1.0, (2, n))
     diagonal, sides = rng.uniform(2.5, 3.0, n), rng.standard_normal((1024, n))
-    solver = Side(
+    return Side(
         f"general tridiagonal solve, n = {n}", lambda m: solve_tridiagonal(lower, diagonal, upper, sides, m)
     )
-    rows = []
-    for name, actions in (("diagonal policy", NO_ACTIONS), ("random actions", random_actions())):
-        ours = Side(f"step of a crawler, {name}", compiled_crawl(body("step"), actions), STEPS)
-        rows.append(compare(ours, solver, "steps, solves", effort, STEPS_PER_SOLVE))
-    return rows
 
 
 def exact_against_stepped(effort: Effort) -> list[Row]:
