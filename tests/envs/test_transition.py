@@ -8,9 +8,11 @@ import pytest
 
 from crawler_bench.envs.crawler import CrawlerEnv
 from crawler_bench.envs.randomness import live_state, random
-from crawler_bench.envs.transition import make_task, unpack
+from crawler_bench.envs.transition import _decide, begin, decide, make_task, unpack
 from crawler_bench.physics import CrawlerParameters
 from crawler_bench.physics.coefficients import coefficients
+from crawler_bench.physics.compilation import kernel
+from crawler_bench.physics.layout import PAPER_NODES, WORK, make_memory
 
 
 @pytest.mark.parametrize("parameters", [
@@ -58,3 +60,29 @@ def test_the_generator_may_be_replaced() -> None:
         env.reset(seed=1)
         env.np_random = np.random.default_rng(5)
     assert [one.step(a)[0] for a in range(10)] == [other.step(a)[0] for a in range(10)]
+
+
+@kernel
+def _decide_knowing_no_size(memory, actions, packed, rng, outcomes):  # type: ignore[no-untyped-def]
+    for i in range(actions.size):
+        made = _decide(memory, actions[i], packed, rng)
+        outcomes[i, 0], outcomes[i, 1] = made.observation, made.reward
+
+
+@pytest.mark.parametrize("integrator", ["exact", "step"])
+def test_what_is_compiled_for_the_size_of_the_paper_gives_the_same_bits(integrator: str) -> None:
+    parameters = CrawlerParameters(integrator=integrator)
+    task = make_task(parameters, regularization=0.01, noise=0.05)
+    known, unknown = make_memory(parameters.n_segments), make_memory(parameters.n_segments)
+    assert known.shape[1] == PAPER_NODES
+    actions = np.random.default_rng(2).integers(parameters.n_segments, size=2000)
+    generators = [np.random.default_rng(3) for _ in range(2)]  # whose states live as long as they do
+    rng = live_state(generators[0])
+    begin(known, task, rng)
+    one = [(made.observation, made.reward) for made in (decide(known, a, task, rng) for a in actions)]
+    rng, two = live_state(generators[1]), np.empty((actions.size, 2))
+    begin(unknown, task, rng)
+    _decide_knowing_no_size(unknown, actions, task, rng, two)
+    np.testing.assert_array_equal(one, two)
+    np.testing.assert_array_equal(known[:WORK], unknown[:WORK])
+    assert abs(known[0]).max() > 0.1  # they moved
