@@ -8,7 +8,7 @@ import pytest
 
 from crawler_bench.envs.crawler import CrawlerEnv
 from crawler_bench.envs.randomness import live_state, random
-from crawler_bench.envs.transition import _decide, begin, decide, make_task, unpack
+from crawler_bench.envs.transition import _decide, begin, decide_and_report, make_task, report, unpack
 from crawler_bench.physics import CrawlerParameters
 from crawler_bench.physics.coefficients import coefficients
 from crawler_bench.physics.compilation import kernel
@@ -79,10 +79,11 @@ def test_what_is_compiled_for_the_size_of_the_paper_gives_the_same_bits(integrat
     generators = [np.random.default_rng(3) for _ in range(2)]  # whose states live as long as they do
     rng = live_state(generators[0])
     begin(known, task, rng)
-    one = [(made.observation, made.reward) for made in (decide(known, a, task, rng) for a in actions)]
+    made = [decide_and_report(known, a, task, rng) for a in actions]
     rng, two = live_state(generators[1]), np.empty((actions.size, 2))
     begin(unknown, task, rng)
     _decide_knowing_no_size(unknown, actions, task, rng, two)
-    np.testing.assert_array_equal(one, two)
+    report(unknown, task)
+    np.testing.assert_array_equal([(each.observation, each.reward) for each in made], two)
     np.testing.assert_array_equal(known[:WORK], unknown[:WORK])
     assert abs(known[0]).max() > 0.1  # they moved
