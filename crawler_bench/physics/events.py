@@ -90,7 +90,6 @@ def watch(
     time, node, known = sights.until, -1, first.known
     for j in range(suspects):
         i = int(listed[j])
-        leave_at[i] = sights.until
         sliding, limits = memory[SLIP, i] != STUCK, 1
         p, q_f, q_r = _force(memory, i, sliding)
         if not sliding:
