@@ -18,7 +18,7 @@ WHAT = {
     "excite": "spikes, and drives that fall through their limit",
     "switch": "nodes that start or stop sliding",
     "set_course": "nodes whose course is laid anew",
-    "_look": "nodes that are looked at",
+    "exit_time": "limits of nodes that may be reached",
     "_root": "searches for a root",
     "respond": "times at which the responses are evaluated",
 }
@@ -53,7 +53,7 @@ def _count(n_decisions: int) -> list[dict[str, Any]]:
         excitation.excite,
         events.switch,
         course.set_course,
-        events._look,
+        exits.exit_time,
         exits._root,
         response.respond,
     )

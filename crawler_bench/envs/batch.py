@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from crawler_bench.envs.transition import RUNNING, begin, decide, make_task, report
-from crawler_bench.physics.compilation import kernel
+from crawler_bench.envs.transition import RUNNING, Packed, begin, decide, make_task, report
+from crawler_bench.physics.compilation import kernel, step_kernel
 from crawler_bench.physics.layout import ROWS
 from crawler_bench.physics.parameters import CrawlerParameters
 
@@ -34,7 +34,7 @@ class CrawlerBatch:
 
     Attributes:
         memory: (K, ROWS, N + 1), see physics/layout.py.
-        tasks: (K, n) packed tasks.
+        tasks: (K, n) packed tasks, see `set_task`.
         generators: (K, 4) raw generator states.
         observation: (K,) what each crawler senses now.
         outcome: (K, 4) REWARD, DISPLACED, GRADIENT, CENTROID of the last decision.
@@ -71,12 +71,18 @@ class CrawlerBatch:
         if len({each.n_segments for each in given}) > 1:
             raise ValueError("all crawlers of a batch need the same n_segments")
         self.tasks = np.array([make_task(*each) for each in settings])
+        self._groups = _groups(self.tasks)
         self.n_segments = given[0].n_segments
         self.memory = np.zeros((num_envs, ROWS, self.n_segments + 1))
         self.generators = np.zeros((num_envs, 4), dtype=np.uint64)
         self.observation = np.zeros(num_envs, dtype=np.int64)
         self.outcome = np.zeros((num_envs, 4))
         self.end = np.zeros(num_envs, dtype=np.int64)
+
+    def set_task(self, i: int, task: Packed) -> None:
+        """Give crawler i another task, with the same parameters."""
+        self.tasks[i] = task
+        self._groups = _groups(self.tasks)
 
     def seed(self, seeds: Sequence[int | None]) -> None:
         """Seed each crawler's generator as `CrawlerEnv.reset(seed=...)` does; None leaves one as it is."""
@@ -106,8 +112,9 @@ class CrawlerBatch:
         if given.shape == self.end.shape and given.dtype.kind in "iu":
             chosen = np.asarray(given, dtype=np.int64, order="C")
             n_ended = _decide_all(
-                self.memory, chosen, self.tasks, self.generators, self.observation, self.outcome, self.end
-            )
+                self.memory, chosen, self.tasks, self._groups, self.generators, self.observation,
+                self.outcome, self.end,
+            )  # fmt: skip
             if n_ended >= 0:
                 return n_ended
         allowed = f"{self.end.size} whole numbers from 0 to {self.n_segments - 1}"
@@ -127,6 +134,12 @@ def _each(name: str, value: object, num_envs: int) -> list[object]:
     if len(values) != num_envs:
         raise ValueError(f"{name} has {len(values)} values for {num_envs} crawlers")
     return values
+
+
+def _groups(tasks: Array) -> NDArray[np.int64]:
+    """Where crawlers begin that have another task than the one before, and K."""
+    differ = (tasks[1:] != tasks[:-1]).any(axis=1)
+    return np.array([0, *(np.flatnonzero(differ) + 1), len(tasks)])
 
 
 def _words(generator: np.random.PCG64) -> list[int]:
@@ -168,11 +181,12 @@ def _begin_ended(
             end[i] = RUNNING
 
 
-@kernel
+@step_kernel
 def _decide_all(
     memory: Array,
     actions: NDArray[np.int64],
     tasks: Array,
+    groups: NDArray[np.int64],
     generators: NDArray[np.uint64],
     observation: NDArray[np.int64],
     outcome: Array,
@@ -182,10 +196,12 @@ def _decide_all(
         if not 0 <= action < memory.shape[2] - 1:
             return -1
     n_ended = 0
-    for i in range(memory.shape[0]):
-        made = decide(memory[i], actions[i], tasks[i], generators[i])
-        observation[i], end[i] = made.observation, made.end
-        outcome[i, REWARD], outcome[i, DISPLACED] = made.reward, made.displacement
-        outcome[i, GRADIENT], outcome[i, CENTROID] = made.gradient, made.centroid
-        n_ended += made.end != RUNNING
+    for group in range(groups.size - 1):
+        task = tasks[groups[group]]  # unpacked once for all who have it
+        for i in range(groups[group], groups[group + 1]):
+            made = decide(memory[i], actions[i], task, generators[i])
+            observation[i], end[i] = made.observation, made.end
+            outcome[i, REWARD], outcome[i, DISPLACED] = made.reward, made.displacement
+            outcome[i, GRADIENT], outcome[i, CENTROID] = made.gradient, made.centroid
+            n_ended += made.end != RUNNING
     return n_ended

@@ -203,10 +203,11 @@ class CrawlerEnv(gym.Env[np.int64, np.int64]):
     def set_state(self, snapshot: dict[str, Any]) -> None:
         """Go on from what `get_state` gave, in this or another process.
 
-        Without a course, which earlier versions did not give, or with one that was laid for other parameters,
-        the crawler goes on from the state alone: to rounding, not to the last bit.
+        With a course of another version, or one that was laid for other parameters, the crawler goes on from
+        the state alone: to rounding, not to the last bit.
         """
-        keeps_course = snapshot.get("parameters") == asdict(self.parameters)
+        same_rows = np.shape(snapshot.get("course", ())) == self.memory[EPOCH:WORK].shape
+        keeps_course = same_rows and snapshot.get("parameters") == asdict(self.parameters)
         self.memory[:STATE_ROWS] = snapshot["state"]
         self.memory[ODOMETER, :3] = snapshot["odometer"]
         self.memory[EPOCH:WORK] = snapshot["course"] if keeps_course else 0.0

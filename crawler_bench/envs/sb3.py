@@ -136,7 +136,7 @@ class CrawlerVecEnv(VecEnv):
             if attr_name in SETTINGS:
                 attributes[attr_name] = float(value)
                 settings = (attributes[name] for name in SETTINGS)
-                self.crawlers.tasks[i] = make_task(attributes["parameters"], *settings)
+                self.crawlers.set_task(i, make_task(attributes["parameters"], *settings))
             self._attributes[i] = attributes
 
     def env_method(

@@ -13,8 +13,9 @@ from numpy.typing import NDArray
 from crawler_bench.envs.randomness import State, random
 from crawler_bench.physics import course
 from crawler_bench.physics.coefficients import Coefficients, coefficients
-from crawler_bench.physics.compilation import inner_kernel, shape_known, step_kernel
+from crawler_bench.physics.compilation import inner_kernel, step_kernel
 from crawler_bench.physics.crawler import act, measure, net_muscle_force
+from crawler_bench.physics.intrinsics import constant, shape_known
 from crawler_bench.physics.layout import (
     CENTROID,
     DISPLACEMENT,
@@ -113,16 +114,21 @@ def pack(task: Task) -> Packed:
 
 
 @inner_kernel
-def unpack(c: Packed) -> Task:
+def unpack(packed: Packed) -> Task:
     """Undo `pack`."""
+    c, t = packed, constant
     return Task(
-        int(c[0]), c[1], c[2], c[3], c[4],
+        int(t(c, 0)), t(c, 1), t(c, 2), t(c, 3), t(c, 4),
         Coefficients(
-            c[5] != 0.0, c[6], c[7], c[8], c[9], c[10], c[11], c[12] != 0.0, c[13], c[14], c[15], c[16],
-            c[17], c[18], c[19] != 0.0, c[20], c[21], c[22], c[23], c[24], c[25], c[26], c[27],
-            Relaxation(c[28], c[29], c[30], c[31], c[32], c[33], c[34] != 0.0, c[35], c[36], c[37]),
-            Response(c[38], c[39], c[40], c[41], c[42], c[43]), c[44], c[45],
-            Response(c[46], c[47], c[48], c[49], c[50], c[51]), c[52], c[53],
+            t(c, 5) != 0.0, t(c, 6), t(c, 7), t(c, 8), t(c, 9), t(c, 10), t(c, 11), t(c, 12) != 0.0,
+            t(c, 13), t(c, 14), t(c, 15), t(c, 16), t(c, 17), t(c, 18), t(c, 19) != 0.0, t(c, 20), t(c, 21),
+            t(c, 22), t(c, 23), t(c, 24), t(c, 25), t(c, 26), t(c, 27),
+            Relaxation(
+                t(c, 28), t(c, 29), t(c, 30), t(c, 31), t(c, 32), t(c, 33), t(c, 34) != 0.0, t(c, 35),
+                t(c, 36), t(c, 37),
+            ),
+            Response(t(c, 38), t(c, 39), t(c, 40), t(c, 41), t(c, 42), t(c, 43)),
+            t(c, 44), t(c, 45), t(c, 46), t(c, 47),
         ),
     )  # fmt: skip
 

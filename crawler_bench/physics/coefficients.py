@@ -41,7 +41,6 @@ class Coefficients(NamedTuple):
     end: Response  # the responses at the end of a decision
     longest: float  # time after an epoch at which the exact integrator begins another
     horizon: float  # the decisions that fit into it, or one
-    far: Response  # the responses then
     tolerance: float  # of events
     contraction_sign: float  # of the strain whose argmax is observed (reading `observation`)
 
@@ -81,7 +80,6 @@ def coefficients(parameters: CrawlerParameters, tolerance: float = EVENT_TOLERAN
         end=respond(p.decision_interval, times),
         longest=longest,
         horizon=horizon,
-        far=respond(horizon, times),
         tolerance=tolerance,
         contraction_sign=1.0 if p.observation == "most_contracted" else -1.0,
     )

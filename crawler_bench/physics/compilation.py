@@ -7,8 +7,6 @@ named after a hash of every source that can stand in a compiled call chain.
 
 import functools
 import hashlib
-import importlib
-import math
 import os
 import re
 import shutil
@@ -18,11 +16,7 @@ from pathlib import Path
 from typing import Any, ParamSpec, TypeVar
 
 import numba
-import numpy as np
 import platformdirs
-from llvmlite import ir
-from numba.extending import intrinsic, overload
-from numpy.typing import NDArray
 
 Arguments = ParamSpec("Arguments")
 Result = TypeVar("Result")
@@ -121,60 +115,3 @@ def _compile(function: Callable[Arguments, Result], **options: bool) -> Callable
     finally:
         config.CACHE_DIR = previous
     return compiled
-
-
-def _emit_exp(typing_context: Any, x: Any) -> Any:
-    def emit(context: Any, builder: Any, signature: Any, operands: Any) -> Any:
-        return builder.call(builder.module.declare_intrinsic("llvm.exp", [ir.DoubleType()]), operands)
-
-    return numba.float64(numba.float64), emit
-
-
-_library_exp: Any = intrinsic(_emit_exp)
-
-
-def exp(x: float) -> float:
-    """The exponential function, `math.exp`.
-
-    In kernels it is the one of the C library, which numba calls through a wrapper for old libraries; a
-    crawler would pay for that several times a decision.
-    """
-    return math.exp(x)
-
-
-@overload(exp, strict=False)
-def _exp_in_kernels(x: Any) -> Any:
-    return lambda x: _library_exp(x)
-
-
-def shape_known(*shape: int) -> Callable[[NDArray[np.float64]], NDArray[np.float64]]:
-    """A function that returns a contiguous array of doubles as it is, and whose compiler knows the shape.
-
-    Where rows lie and how long loops are, is then not calculated in each call but compiled in. The caller
-    has to see to it that the array has this shape.
-    """
-
-    def emit_known(typing_context: Any, array: Any) -> Any:
-        def emit(context: Any, builder: Any, signature: Any, operands: Any) -> Any:
-            arrays: Any = importlib.import_module(
-                "numba.np.arrayobj"
-            )  # not needed where the cache has the code
-            given, known = (
-                arrays.make_array(array)(context, builder, value) for value in (operands[0], None)
-            )
-            sizes = [context.get_constant(numba.intp, n) for n in shape]
-            steps = [context.get_constant(numba.intp, 8 * math.prod(shape[n:])) for n in range(1, len(shape))]
-            item = context.get_constant(numba.intp, 8)
-            arrays.populate_array(
-                known, data=given.data, shape=sizes, strides=[*steps, item], itemsize=item,
-                meminfo=given.meminfo, parent=given.parent,
-            )  # fmt: skip
-            return known._getvalue()
-
-        return array(array), emit
-
-    def as_it_is(array: NDArray[np.float64]) -> NDArray[np.float64]:
-        return array
-
-    known: Any = intrinsic(emit_known)
-    return as_it_is if config.DISABLE_JIT else known

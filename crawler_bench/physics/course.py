@@ -13,6 +13,8 @@ epoch; so, every few decisions, a new epoch begins, which changes no course, onl
 
 import math
 
+import numpy as np
+
 from crawler_bench.physics.body import FORWARD, STUCK
 from crawler_bench.physics.coefficients import Coefficients
 from crawler_bench.physics.compilation import inner_kernel, step_kernel
@@ -23,8 +25,10 @@ from crawler_bench.physics.layout import (
     DRIVE,
     EPOCH,
     FORCE,
+    HOLD,
+    HOLD_F,
+    HOLD_R,
     IS_LAID,
-    LEAVE_AT,
     LIMIT_AT,
     NET,
     NET_F,
@@ -82,7 +86,8 @@ def lay(memory: Memory, k: Coefficients) -> None:
     for i in range(tail + 1):
         add_up(memory, i, k)
     set_course(memory, 0, tail, START, k)
-    memory[LEAVE_AT] = 0.0
+    for i in range(tail + 1):
+        hold(memory, i)
     memory[EPOCH, IS_LAID] = 1.0
     arrive(memory, 0.0, START)
 
@@ -127,11 +132,12 @@ def set_course(memory: Memory, low: int, high: int, now: Response, k: Coefficien
         memory[NET], memory[NET_F], memory[NET_R], memory[W], memory[W_F], memory[W_R],
     )  # fmt: skip
     above, above_f, above_r, taken = 0.0, 0.0, 0.0, 0.0  # what row i - 1 adds, and takes off the diagonal
-    for i in range(low, high + 1):
+    for n in range(low, high + 1):
+        i = np.uint64(n)  # an index without sign needs no check for one below 0
         if slip[i] == STUCK:
             above, above_f, above_r, taken = u[i], 0.0, 0.0, 0.0
         else:
-            degree = 1.0 if i == 0 or i == last else 2.0
+            degree = 1.0 if n == 0 or n == last else 2.0
             friction = k.forward if slip[i] == FORWARD else -k.backward
             taken = 1.0 / (degree - taken)
             above = taken * (net[i] - friction + above)
@@ -139,13 +145,35 @@ def set_course(memory: Memory, low: int, high: int, now: Response, k: Coefficien
         w[i], w_f[i], w_r[i], pivot[i] = above, above_f, above_r, taken  # on a stuck node w is u
     growth = 1.0 / now.e_c
     after, after_f, after_r = 0.0, 0.0, 0.0  # w of node i + 1
-    for i in range(high, low - 1, -1):
+    for n in range(high, low - 1, -1):
+        i = np.uint64(n)
         if slip[i] != STUCK:
             w[i] += pivot[i] * after
             w_f[i] += pivot[i] * after_f
             w_r[i] += pivot[i] * after_r
             u[i] = (u[i] - w[i] * (1.0 - now.e_c) - w_f[i] * now.s_f - w_r[i] * now.s_r) * growth
         after, after_f, after_r = w[i], w_f[i], w_r[i]
+
+
+@inner_kernel
+def hold(memory: Memory, n: int) -> tuple[float, float, float]:
+    """Find what keeps node n in its state; note it.
+
+    Returns:
+        Force that holds a stuck node; velocity of a sliding one in its direction, times c; as its parts.
+    """
+    i, slip = np.uint64(n), memory[SLIP, np.uint64(n)]
+    if slip == STUCK:
+        last = memory.shape[1] - 1  # beyond an end it meets itself, as w is u there
+        above, below = np.uint64(max(n - 1, 0)), np.uint64(min(n + 1, last))
+        p = memory[NET, i] + (memory[W, above] + memory[W, below] - 2.0 * memory[ORIGIN, i])
+        q_f = memory[NET_F, i] + memory[W_F, above] + memory[W_F, below]
+        q_r = memory[NET_R, i] + memory[W_R, above] + memory[W_R, below]
+    else:
+        p = slip * (memory[W, i] - memory[ORIGIN, i])
+        q_f, q_r = slip * memory[W_F, i], slip * memory[W_R, i]
+    memory[HOLD, i], memory[HOLD_F, i], memory[HOLD_R, i] = p, q_f, q_r
+    return p, q_f, q_r
 
 
 @inner_kernel
@@ -162,7 +190,8 @@ def settle(memory: Memory, row: int, now: Response) -> None:
 def settle_run(memory: Memory, low: int, high: int, now: Response) -> None:
     """Put the nodes from `low` to `high`, which are few, where they are now."""
     remaining = 1.0 - now.e_c
-    for i in range(low, high + 1):
+    for n in range(low, high + 1):
+        i = np.uint64(n)
         if memory[SLIP, i] != STUCK:
             u = memory[ORIGIN, i] * now.e_c + memory[W, i] * remaining
             memory[ORIGIN, i] = u + memory[W_F, i] * now.s_f + memory[W_R, i] * now.s_r
@@ -176,7 +205,7 @@ def _or_zero(part: float) -> float:
 
 @step_kernel
 def begin_epoch(memory: Memory, clock: float, now: Response, k: Coefficients) -> None:
-    """Count from `clock` on, at which the responses are `now`; all nodes are to be looked at again."""
+    """Count from `clock` on, at which the responses are `now`."""
     tail = memory.shape[1] - 1
     settle(memory, ORIGIN, now)
     for part in (PULL, NET, W):
@@ -189,7 +218,7 @@ def begin_epoch(memory: Memory, clock: float, now: Response, k: Coefficients) ->
         memory[PHASE, i] -= k.neuron_rate * clock
         memory[SPIKE_AT, i] -= clock
         memory[LIMIT_AT, i] -= clock
-        memory[LEAVE_AT, i] = 0.0
+        hold(memory, i)
     arrive(memory, 0.0, START)
 
 

@@ -17,7 +17,7 @@ from crawler_bench.physics.body import STUCK
 from crawler_bench.physics.coefficients import Coefficients
 from crawler_bench.physics.compilation import inner_kernel, step_kernel
 from crawler_bench.physics.course import arrive, begin_epoch, lay, responses, set_course, settle, settle_run
-from crawler_bench.physics.events import Leaver, Sights, switch, watch
+from crawler_bench.physics.events import Leaver, switch, watch
 from crawler_bench.physics.excitation import due, excite, next_excitation, turn_off, turn_on
 from crawler_bench.physics.layout import (
     CHARGE,
@@ -70,16 +70,15 @@ def cross_decision(memory: Memory, action: int, k: Coefficients) -> bool:
     start = clock = epoch[CLOCK]
     begin = now = responses(memory)
     until, end = clock + k.decision, after(now, k.end)
-    sights = Sights(until, end, k.horizon, k.far)
     q, q_other = turn_on(memory, action, clock, k), 0.0
     if other != action:
         q_other = turn_on(memory, other, clock, k)
     excitation = next_excitation(memory)
-    low, high, anew, aligned = 0, tail, clock == 0.0, True
+    low, high, anew, aligned = 0, tail, False, True
     events, idle = 0, 0
     first = Leaver(until, -1, 0)
     while True:
-        first = watch(memory, low, high, anew, clock, now, sights, first, idle > 2 * tail, k)
+        first = watch(memory, low, high, anew, clock, now, until, end, first, idle > 2 * tail, k)
         node = first.node if first.time < excitation else -1
         before, clock = clock, min(first.time, excitation)
         is_end = clock >= until
@@ -98,7 +97,7 @@ def cross_decision(memory: Memory, action: int, k: Coefficients) -> bool:
             begin_epoch(memory, clock, now, k)
             excitation, start, until = excitation - clock, start - clock, until - clock
             end = respond(until, k.times)
-            sights, first = Sights(until, end, until, end), Leaver(until, -1, 0)
+            first = Leaver(until, -1, 0)
             clock, now, low, high = 0.0, START, 0, tail
         else:
             muscle = due(memory, clock) if node < 0 else 0

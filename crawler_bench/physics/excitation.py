@@ -7,9 +7,12 @@ costs nothing while it is OFF. One that is ON turns by an angle that is the same
 
 import math
 
+import numpy as np
+
 from crawler_bench.physics.coefficients import Coefficients
 from crawler_bench.physics.compilation import inner_kernel
 from crawler_bench.physics.course import add_up, bend
+from crawler_bench.physics.intrinsics import NO_BITS, WORD, lowest_bit
 from crawler_bench.physics.layout import (
     CHARGE,
     LIMIT_AT,
@@ -65,16 +68,23 @@ def next_excitation(memory: Memory) -> float:
     """When the next neuron spikes or drive falls through its limit."""
     spike, limit = NEVER, NEVER
     for i in range(memory.shape[1]):
-        spike, limit = min(spike, memory[SPIKE_AT, i]), min(limit, memory[LIMIT_AT, i])
+        a, b = memory[SPIKE_AT, i], memory[LIMIT_AT, i]
+        spike = spike if spike < a else a  # shorter in machine code than min
+        limit = limit if limit < b else b
     return min(spike, limit)
 
 
 @inner_kernel
 def due(memory: Memory, clock: float) -> int:
-    """A muscle that spikes, or leaves its limiter, by now."""
-    for i in range(memory.shape[1]):
-        if min(memory[SPIKE_AT, i], memory[LIMIT_AT, i]) <= clock:
-            return i
+    """The first muscle that spikes, or leaves its limiter, by now; there must be one."""
+    for start in range(0, memory.shape[1], WORD):
+        found = NO_BITS
+        for n in range(min(WORD, memory.shape[1] - start)):
+            i = np.uint64(start + n)
+            is_due = (memory[SPIKE_AT, i] <= clock) | (memory[LIMIT_AT, i] <= clock)
+            found |= np.uint64(is_due) << np.uint64(n)
+        if found != NO_BITS:
+            return start + lowest_bit(found)
     return 0
 
 

@@ -20,14 +20,16 @@ EPOCH, RESPONSES = 9, 10
 CLOCK, IS_LAID, CENTROID = range(3)
 # ... and rows of nodes: what displacements, cotangents of half the phases of neurons, and drives would have
 # been at the epoch; force of each muscle, net muscle force on each node, and w, each as its parts that are
-# constant, go as e_f, go as r_f; and when each neuron spikes, drive falls through its limit, node is to be
-# looked at.
+# constant, go as e_f, go as r_f; when each neuron spikes, drive falls through its limit; and what keeps each
+# node in its state, as parts again.
 ORIGIN, PHASE, CHARGE = 12, 13, 14
 PULL, PULL_F, PULL_R, NET, NET_F, NET_R, W, W_F, W_R = range(15, 24)
-SPIKE_AT, LIMIT_AT, LEAVE_AT = 24, 25, 26
+SPIKE_AT, LIMIT_AT = 24, 25
+HOLD, HOLD_F, HOLD_R = 26, 27, 28
 # A copy of all rows up to here goes on like the original; those that follow are scratch for the kernels.
-WORK = 27
-WORK_ROWS = 6  # what exact.py keeps, and a row
+WORK = 29
+WORK_ROWS = 7  # a row, those that exact.py keeps, and when each node leaves its state
+LEAVE_AT = WORK + WORK_ROWS - 1
 ROWS = WORK + WORK_ROWS
 PAPER_NODES = 11  # of the crawler of [M20], for which kernels are compiled apart, see envs/transition.py
 

@@ -16,7 +16,8 @@ are equal, or nearly so, too.
 import math
 from typing import NamedTuple
 
-from crawler_bench.physics.compilation import exp, inner_kernel, step_kernel
+from crawler_bench.physics.compilation import inner_kernel, step_kernel
+from crawler_bench.physics.intrinsics import exp
 
 _CLOSE = 0.1  # spread of three exponents below which the divided difference is summed as a series
 _TERMS = 9

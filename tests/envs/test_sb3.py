@@ -87,6 +87,21 @@ def test_a_setting_that_is_set_holds_from_the_next_step_on() -> None:
         np.testing.assert_array_equal(vec.step(np.array([3, 4]))[1], twin.step(np.array([3, 4]))[1])
 
 
+def test_a_setting_of_one_crawler_is_not_that_of_its_neighbours() -> None:
+    settings = [[0.0] * 4, [0.0, 0.3, 0.3, 0.0]]
+    twins = [CrawlerVecEnv(4, regularization=each) for each in settings]
+    vec = CrawlerVecEnv(4, regularization=0.0)
+    for each in (vec, *twins):
+        each.seed(0)
+        each.reset()
+    for indices, value, twin in (([1, 2], 0.3, 2), ([1], 0.3, 2), ([1, 2], 0.0, 1)):
+        vec.set_attr("regularization", value, indices)
+        for action in range(10):
+            rewards = [each.step(np.full(4, action))[1] for each in (vec, *twins)]
+            np.testing.assert_array_equal(rewards[0], rewards[twin])
+    assert (rewards[1] != rewards[2]).tolist() == [False, True, True, False]
+
+
 def test_an_impossible_setting_is_refused_and_changes_nothing() -> None:
     vec = CrawlerVecEnv(2)
     with pytest.raises(ValueError, match=r"noise = -1.0 is not possible"):
