@@ -85,7 +85,8 @@ def lay(memory: Memory, k: Coefficients) -> None:
         bend(memory, i, F, f, START, k)
     for i in range(tail + 1):
         add_up(memory, i, k)
-    set_course(memory, 0, tail, START, k)
+    memory[W : W_R + 1] = 0.0  # what an earlier course left may not even be a number
+    set_course(memory, 0, tail, -1, START, k)
     for i in range(tail + 1):
         hold(memory, i)
     memory[EPOCH, IS_LAID] = 1.0
@@ -117,13 +118,22 @@ def add_up(memory: Memory, i: int, k: Coefficients) -> None:
 
 
 @inner_kernel
-def set_course(memory: Memory, low: int, high: int, now: Response, k: Coefficients) -> None:
+def position(memory: Memory, n: int, now: Response) -> float:
+    """Displacement of node n, which slides, now."""
+    i = np.uint64(n)  # an index without sign needs no check for one below 0
+    u = memory[ORIGIN, i] * now.e_c + memory[W, i] * (1.0 - now.e_c)
+    return float(u + memory[W_F, i] * now.s_f + memory[W_R, i] * now.s_r)
+
+
+@inner_kernel
+def set_course(memory: Memory, low: int, high: int, fresh: int, now: Response, k: Coefficients) -> None:
     """Find w of the nodes from `low` to `high` by the Thomas algorithm; let displacements follow it.
 
     Args:
-        memory: ORIGIN holds the displacements of these nodes as they are now; then, as they would have been.
+        memory: the course up to now; ORIGIN of nodes that do not slide any more is where they are.
         low: the first node, which is at the head or stuck.
         high: the last node, which is at the tail or stuck.
+        fresh: a node that slides from now on; or one that does not slide; or -1.
         now: the responses.
         k: coefficients.
     """
@@ -131,20 +141,25 @@ def set_course(memory: Memory, low: int, high: int, now: Response, k: Coefficien
     net, net_f, net_r, w, w_f, w_r = (
         memory[NET], memory[NET_F], memory[NET_R], memory[W], memory[W_F], memory[W_R],
     )  # fmt: skip
-    above, above_f, above_r, taken = 0.0, 0.0, 0.0, 0.0  # what row i - 1 adds, and takes off the diagonal
+    any_slides = False
+    above, above_f, above_r, taken = 0.0, 0.0, 0.0, 0.0  # what row n - 1 adds, and takes off the diagonal
     for n in range(low, high + 1):
-        i = np.uint64(n)  # an index without sign needs no check for one below 0
+        i = np.uint64(n)
         if slip[i] == STUCK:
             above, above_f, above_r, taken = u[i], 0.0, 0.0, 0.0
         else:
+            any_slides = True
             degree = 1.0 if n == 0 or n == last else 2.0
             friction = k.forward if slip[i] == FORWARD else -k.backward
             taken = 1.0 / (degree - taken)
+            u[i] = u[i] if n == fresh else position(memory, n, now)
             above = taken * (net[i] - friction + above)
             above_f, above_r = taken * (net_f[i] + above_f), taken * (net_r[i] + above_r)
         w[i], w_f[i], w_r[i], pivot[i] = above, above_f, above_r, taken  # on a stuck node w is u
+    if not any_slides:
+        return
     growth = 1.0 / now.e_c
-    after, after_f, after_r = 0.0, 0.0, 0.0  # w of node i + 1
+    after, after_f, after_r = 0.0, 0.0, 0.0  # w of node n + 1
     for n in range(high, low - 1, -1):
         i = np.uint64(n)
         if slip[i] != STUCK:
@@ -184,17 +199,6 @@ def settle(memory: Memory, row: int, now: Response) -> None:
         u = memory[ORIGIN, i]
         there = u * now.e_c + memory[W, i] * remaining + memory[W_F, i] * now.s_f + memory[W_R, i] * now.s_r
         memory[row, i] = there if memory[SLIP, i] != STUCK else u
-
-
-@inner_kernel
-def settle_run(memory: Memory, low: int, high: int, now: Response) -> None:
-    """Put the nodes from `low` to `high`, which are few, where they are now."""
-    remaining = 1.0 - now.e_c
-    for n in range(low, high + 1):
-        i = np.uint64(n)
-        if memory[SLIP, i] != STUCK:
-            u = memory[ORIGIN, i] * now.e_c + memory[W, i] * remaining
-            memory[ORIGIN, i] = u + memory[W_F, i] * now.s_f + memory[W_R, i] * now.s_r
 
 
 @inner_kernel

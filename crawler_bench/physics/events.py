@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from crawler_bench.physics.body import BACKWARD, FORWARD, STUCK
 from crawler_bench.physics.coefficients import Coefficients
 from crawler_bench.physics.compilation import inner_kernel
+from crawler_bench.physics.course import position
 from crawler_bench.physics.exits import exit_time
 from crawler_bench.physics.layout import (
     HOLD,
@@ -104,6 +105,7 @@ def switch(memory: Memory, node: int, now: Response, k: Coefficients) -> None:
     """
     u, slip, last = memory[ORIGIN], memory[SLIP], memory.shape[1] - 1
     if slip[node] != STUCK:
+        u[node] = position(memory, node, now)
         slip[node] = STUCK
         return
     pull = memory[NET, node] + memory[NET_F, node] * now.e_f + memory[NET_R, node] * now.r_f
@@ -117,10 +119,11 @@ def switch(memory: Memory, node: int, now: Response, k: Coefficients) -> None:
             slip[node] = direction
             return
         if slip[i] == -direction:
-            distance = abs(_w(memory, i, now) - u[i])
+            distance = abs(_w(memory, i, now) - position(memory, i, now))
             if distance < best:
                 slowest, best = i, distance
     if slowest >= 0:
+        u[slowest] = position(memory, slowest, now)
         slip[slowest] = STUCK
         slip[node] = direction
 

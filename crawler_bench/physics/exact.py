@@ -16,9 +16,10 @@ from numpy.typing import NDArray
 from crawler_bench.physics.body import STUCK
 from crawler_bench.physics.coefficients import Coefficients
 from crawler_bench.physics.compilation import inner_kernel, step_kernel
-from crawler_bench.physics.course import arrive, begin_epoch, lay, responses, set_course, settle, settle_run
+from crawler_bench.physics.course import arrive, begin_epoch, lay, responses, set_course, settle
 from crawler_bench.physics.events import Leaver, switch, watch
 from crawler_bench.physics.excitation import due, excite, next_excitation, turn_off, turn_on
+from crawler_bench.physics.intrinsics import flat
 from crawler_bench.physics.layout import (
     CHARGE,
     CLOCK,
@@ -76,6 +77,7 @@ def cross_decision(memory: Memory, action: int, k: Coefficients) -> bool:
     excitation = next_excitation(memory)
     low, high, anew, aligned = 0, tail, False, True
     events, idle = 0, 0
+    most = int(MOST_EVENTS * (tail + 1) * (1.0 + k.decision))
     first = Leaver(until, -1, 0)
     while True:
         first = watch(memory, low, high, anew, clock, now, until, end, first, idle > 2 * tail, k)
@@ -84,7 +86,7 @@ def cross_decision(memory: Memory, action: int, k: Coefficients) -> bool:
         is_end = clock >= until
         if events == 0 and (k.may_balance or not is_end):
             _keep(memory)
-        too_many = not is_end and events > MOST_EVENTS * (tail + 1) * (1.0 + k.decision)
+        too_many = not is_end and events > most
         if too_many or (k.may_balance and _stuck_nodes(memory[SLIP]) <= 1):
             _give_up(memory, start, begin, k)
             return False
@@ -103,13 +105,12 @@ def cross_decision(memory: Memory, action: int, k: Coefficients) -> bool:
             muscle = due(memory, clock) if node < 0 else 0
             low, high = (muscle - 1, max(muscle, 1)) if node < 0 else (node - 1, min(node + 1, tail))
             low, high = _reach(memory[SLIP], max(low, 0), high)
-            settle_run(memory, low, high, now)
             if node >= 0:
                 switch(memory, node, now, k)
             else:
                 excite(memory, muscle, clock, now, muscle == action or muscle == other, k)
                 excitation = next_excitation(memory)
-            set_course(memory, low, high, now, k)
+            set_course(memory, low, high, node, now, k)
         anew, idle = True, idle + 1 if clock == before else 0
     turn_off(memory, action, q, until, k)
     if other != action:
@@ -142,9 +143,12 @@ def _reach(slip: NDArray[np.float64], low: int, high: int) -> tuple[int, int]:
 @inner_kernel
 def _keep(memory: Memory) -> None:
     """Keep what events change of the state at the start of a decision."""
-    for i in range(memory.shape[1]):
-        for n, row in enumerate(_KEPT):
-            memory[_BEFORE + n, i] = memory[row, i]
+    nodes, rows = memory.shape[1], flat(memory)
+    for n in range(nodes):
+        memory[_BEFORE, n] = memory[SLIP, n]
+    first, kept = CHARGE * nodes, (_BEFORE + 1) * nodes
+    for n in range((len(_KEPT) - 1) * nodes):  # of rows that follow each other
+        rows[kept + n] = rows[first + n]
 
 
 @step_kernel
