@@ -4,7 +4,7 @@ Crawler i of a batch does what a `CrawlerEnv` with the same arguments and the sa
 both go through `decide`.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -34,7 +34,7 @@ class CrawlerBatch:
 
     Attributes:
         memory: (K, ROWS, N + 1), see physics/layout.py.
-        tasks: (K, n) packed tasks, see `set_task`.
+        tasks: (K, n) packed tasks; they change by `set_tasks` only.
         generators: (K, 4) raw generator states.
         observation: (K,) what each crawler senses now.
         outcome: (K, 4) REWARD, DISPLACED, GRADIENT, CENTROID of the last decision.
@@ -79,9 +79,10 @@ class CrawlerBatch:
         self.outcome = np.zeros((num_envs, 4))
         self.end = np.zeros(num_envs, dtype=np.int64)
 
-    def set_task(self, i: int, task: Packed) -> None:
-        """Give crawler i another task, with the same parameters."""
-        self.tasks[i] = task
+    def set_tasks(self, tasks: Mapping[int, Packed]) -> None:
+        """Give some crawlers, named by their place, other tasks with the same parameters."""
+        for i, task in tasks.items():
+            self.tasks[i] = task
         self._groups = _groups(self.tasks)
 
     def seed(self, seeds: Sequence[int | None]) -> None:
@@ -137,7 +138,7 @@ def _each(name: str, value: object, num_envs: int) -> list[object]:
 
 
 def _groups(tasks: Array) -> NDArray[np.int64]:
-    """Where crawlers begin that have another task than the one before, and K."""
+    """First crawler of each run of neighbours with equal tasks, and K."""
     differ = (tasks[1:] != tasks[:-1]).any(axis=1)
     return np.array([0, *(np.flatnonzero(differ) + 1), len(tasks)])
 
@@ -181,7 +182,7 @@ def _begin_ended(
             end[i] = RUNNING
 
 
-@step_kernel
+@kernel
 def _decide_all(
     memory: Array,
     actions: NDArray[np.int64],
@@ -192,12 +193,27 @@ def _decide_all(
     outcome: Array,
     end: NDArray[np.int64],
 ) -> int:
+    """Return how many episodes ended; -1 if an action is none, and then no crawler has moved."""
     for action in actions:
         if not 0 <= action < memory.shape[2] - 1:
             return -1
+    return _decide_each(memory, actions, tasks, groups, generators, observation, outcome, end)
+
+
+@step_kernel
+def _decide_each(
+    memory: Array,
+    actions: NDArray[np.int64],
+    tasks: Array,
+    groups: NDArray[np.int64],
+    generators: NDArray[np.uint64],
+    observation: NDArray[np.int64],
+    outcome: Array,
+    end: NDArray[np.int64],
+) -> int:
     n_ended = 0
     for group in range(groups.size - 1):
-        task = tasks[groups[group]]  # unpacked once for all who have it
+        task = tasks[groups[group]]  # the same row for all who have it, so that its entries are read once
         for i in range(groups[group], groups[group + 1]):
             made = decide(memory[i], actions[i], task, generators[i])
             observation[i], end[i] = made.observation, made.end

@@ -131,13 +131,15 @@ class CrawlerVecEnv(VecEnv):
         """
         if attr_name == "parameters":
             raise AttributeError("the parameters of a crawler cannot change: make another CrawlerVecEnv")
+        tasks = {}
         for i in self._get_indices(indices):
             attributes = self._attributes[i] | {attr_name: value}
             if attr_name in SETTINGS:
                 attributes[attr_name] = float(value)
                 settings = (attributes[name] for name in SETTINGS)
-                self.crawlers.set_task(i, make_task(attributes["parameters"], *settings))
+                tasks[i] = make_task(attributes["parameters"], *settings)
             self._attributes[i] = attributes
+        self.crawlers.set_tasks(tasks)
 
     def env_method(
         self, method_name: str, *method_args: Any, indices: VecEnvIndices = None, **method_kwargs: Any

@@ -133,7 +133,7 @@ def set_course(memory: Memory, low: int, high: int, fresh: int, now: Response, k
         memory: the course up to now; ORIGIN of nodes that do not slide any more is where they are.
         low: the first node, which is at the head or stuck.
         high: the last node, which is at the tail or stuck.
-        fresh: a node that slides from now on; or one that does not slide; or -1.
+        fresh: the node that starts or stops sliding now, or -1; if it slides, ORIGIN is where it is.
         now: the responses.
         k: coefficients.
     """
@@ -209,7 +209,7 @@ def _or_zero(part: float) -> float:
 
 @step_kernel
 def begin_epoch(memory: Memory, clock: float, now: Response, k: Coefficients) -> None:
-    """Count from `clock` on, at which the responses are `now`."""
+    """Count from `clock` on, at which the responses are `now`; find HOLD anew."""
     tail = memory.shape[1] - 1
     settle(memory, ORIGIN, now)
     for part in (PULL, NET, W):

@@ -46,7 +46,7 @@ def watch(
     """Find out which nodes leave their state before the end of the decision, and when.
 
     Args:
-        memory: LEAVE_AT is written.
+        memory: LEAVE_AT is written; HOLD of the nodes whose course is new; WORK.
         low: the first node whose course is new.
         high: the last node whose course is new.
         anew: look at these; else, as the decision begins, at all nodes.
@@ -54,7 +54,7 @@ def watch(
         now: the responses.
         until: the end of the decision.
         end: the responses then.
-        first: who was to leave first up to now.
+        first: who left, or was to leave, first up to now.
         patient: whether to overlook a node that leaves at once, which rounding may do again and again.
         k: coefficients.
 

@@ -2,8 +2,8 @@
 
 While no neuron spikes, no muscle crosses its limiter and no node starts or stops sliding, everything has
 a closed form, the *course* (course.py). The friction that holds a stuck node, and the velocity of a sliding
-one, decide when the next event is (events.py, exits.py); spikes and falls through the limiter are known
-beforehand (excitation.py).
+one, decide when the next event is (events.py, outlook.py, exits.py); spikes and falls through the limiter
+are known beforehand (excitation.py).
 
 An event concerns one run of sliding nodes and the stuck ones beside it; the end of a decision concerns no
 course at all. So the course is kept from one decision to the next, and a decision in which nothing happens
@@ -42,7 +42,8 @@ from crawler_bench.physics.neuron import tangent
 from crawler_bench.physics.response import START, Response, after, respond
 
 MOST_EVENTS = 200  # for each node in 1 tau; in crawls there are a few for the whole body
-_KEPT = (SLIP, CHARGE, PULL, PULL_F, PULL_R)  # what events change of the state at the start of a decision
+# What events change of the state at the start of a decision; but for SLIP, rows that follow each other.
+_KEPT = (SLIP, CHARGE, PULL, PULL_F, PULL_R)
 _BEFORE = WORK + 1
 _ROUNDING = 1.0 + 1e-9  # of a sum of decision intervals
 
@@ -147,7 +148,7 @@ def _keep(memory: Memory) -> None:
     for n in range(nodes):
         memory[_BEFORE, n] = memory[SLIP, n]
     first, kept = CHARGE * nodes, (_BEFORE + 1) * nodes
-    for n in range((len(_KEPT) - 1) * nodes):  # of rows that follow each other
+    for n in range((len(_KEPT) - 1) * nodes):
         rows[kept + n] = rows[first + n]
 
 

@@ -85,7 +85,7 @@ def due(memory: Memory, clock: float) -> int:
             found |= np.uint64(is_due) << np.uint64(n)
         if found != NO_BITS:
             return start + lowest_bit(found)
-    return 0
+    return 0  # there was none
 
 
 @inner_kernel

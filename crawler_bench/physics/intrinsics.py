@@ -8,6 +8,7 @@ from typing import Any
 import numba
 import numpy as np
 from llvmlite import ir
+from numba.core.imputils import impl_ret_borrowed
 from numba.extending import intrinsic, overload
 from numpy.typing import NDArray
 
@@ -17,6 +18,8 @@ Array = NDArray[np.float64]
 
 WORD = 64  # bits of an integer that lists what is found, which takes no branches
 NO_BITS = np.uint64(0)
+
+_borrowed: Any = impl_ret_borrowed  # its declared type lacks its arguments
 
 
 def _emit_exp(typing_context: Any, x: Any) -> Any:
@@ -52,24 +55,27 @@ def _in_kernels(emit: Callable[..., Any], in_python: Callable[..., Any]) -> Any:
     return in_python if config.DISABLE_JIT else intrinsic(emit)
 
 
-def _open(context: Any, builder: Any, kind: Any, operand: Any) -> Any:
-    arrays: Any = importlib.import_module("numba.np.arrayobj")  # not needed where the cache has the code
-    return arrays.make_array(kind)(context, builder, operand)
+def _arrays() -> Any:
+    return importlib.import_module("numba.np.arrayobj")  # not needed where the cache has the code
+
+
+def _require_contiguous(array: Any) -> None:
+    if array.layout != "C" or array.dtype != numba.float64:
+        raise numba.TypingError("a contiguous array of doubles is needed")
 
 
 def _view(context: Any, builder: Any, given: Any, kind: Any, shape: list[Any]) -> Any:
     """The memory of a contiguous array of doubles as an array of another kind and shape."""
-    arrays: Any = importlib.import_module("numba.np.arrayobj")
     item = context.get_constant(numba.intp, 8)
     steps = [item]
     for size in reversed(shape[1:]):
         steps.insert(0, builder.mul(steps[0], size))
-    view = arrays.make_array(kind)(context, builder)
-    arrays.populate_array(
+    view = _arrays().make_array(kind)(context, builder)
+    _arrays().populate_array(
         view, data=given.data, shape=shape, strides=steps, itemsize=item, meminfo=given.meminfo,
         parent=given.parent,
     )  # fmt: skip
-    return view._getvalue()
+    return _borrowed(context, builder, kind, view._getvalue())
 
 
 def shape_known(*shape: int) -> Callable[[Array], Array]:
@@ -80,9 +86,12 @@ def shape_known(*shape: int) -> Callable[[Array], Array]:
     """
 
     def emit_known(typing_context: Any, array: Any) -> Any:
+        _require_contiguous(array)
+
         def emit(context: Any, builder: Any, signature: Any, operands: Any) -> Any:
+            given = _arrays().make_array(array)(context, builder, operands[0])
             sizes = [context.get_constant(numba.intp, n) for n in shape]
-            return _view(context, builder, _open(context, builder, array, operands[0]), array, sizes)
+            return _view(context, builder, given, array, sizes)
 
         return array(array), emit
 
@@ -91,10 +100,11 @@ def shape_known(*shape: int) -> Callable[[Array], Array]:
 
 
 def _emit_flat(typing_context: Any, array: Any) -> Any:
+    _require_contiguous(array)
     row = numba.types.Array(array.dtype, 1, "C")
 
     def emit(context: Any, builder: Any, signature: Any, operands: Any) -> Any:
-        given = _open(context, builder, array, operands[0])
+        given = _arrays().make_array(array)(context, builder, operands[0])
         size = context.get_constant(numba.intp, 1)
         for n in range(array.ndim):
             size = builder.mul(size, builder.extract_value(given.shape, n))
@@ -121,8 +131,10 @@ lowest_bit: Callable[[np.uint64], int] = _in_kernels(
 
 
 def _emit_constant(typing_context: Any, array: Any, i: Any) -> Any:
+    _require_contiguous(array)
+
     def emit(context: Any, builder: Any, signature: Any, operands: Any) -> Any:
-        given = _open(context, builder, array, operands[0])
+        given = _arrays().make_array(array)(context, builder, operands[0])
         entry = builder.load(builder.gep(given.data, [operands[1]]))
         entry.set_metadata("invariant.load", builder.module.add_metadata([]))
         return entry
@@ -131,7 +143,7 @@ def _emit_constant(typing_context: Any, array: Any, i: Any) -> Any:
 
 
 constant: Callable[[Array, int], float] = _in_kernels(_emit_constant, lambda array, i: array[i])
-"""Entry i, at least 0, of a row of doubles that nobody changes while kernels run.
+"""Entry i, at least 0, of a row of doubles that no kernel makes or changes.
 
 The compiler may then read it when it is needed, or once for a whole loop. Else it reads all beforehand, as
 everything that is written meanwhile might be a part of it, and keeps most of it in memory again.

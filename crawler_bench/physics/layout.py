@@ -25,7 +25,7 @@ CLOCK, IS_LAID, CENTROID = range(3)
 ORIGIN, PHASE, CHARGE = 12, 13, 14
 PULL, PULL_F, PULL_R, NET, NET_F, NET_R, W, W_F, W_R = range(15, 24)
 SPIKE_AT, LIMIT_AT = 24, 25
-HOLD, HOLD_F, HOLD_R = 26, 27, 28
+HOLD, HOLD_F, HOLD_R = 26, 27, 28  # they are read up to three entries beyond, see physics/outlook.py
 # A copy of all rows up to here goes on like the original; those that follow are scratch for the kernels.
 WORK = 29
 WORK_ROWS = 7  # a row, those that exact.py keeps, and when each node leaves its state

@@ -29,14 +29,14 @@ class Outlook(NamedTuple):
     as along the slope.
     """
 
-    sliding: float
-    end_stuck: tuple[float, float]  # parts that go as e_f and as r_f
+    sliding: float  # constant part of a sliding node
+    end_stuck: tuple[float, float]  # parts that go as e_f and as r_f, at the end
     end_sliding: tuple[float, float]
-    far_stuck: tuple[float, float]
+    far_stuck: tuple[float, float]  # the same where the first slope leads by then
     far_sliding: tuple[float, float]
-    backward: float  # limits of the force on a stuck node, and of the velocity of a sliding one
+    backward: float  # limits of the force on a stuck node, narrowed by the tolerance
     forward: float
-    still: float
+    still: float  # limit of the velocity of a sliding one, likewise
 
 
 @inner_kernel
@@ -45,7 +45,8 @@ def look_ahead(clock: float, now: Response, until: float, end: Response, k: Coef
 
     Where a force turns on its way, it goes at most as far as its first slope takes it, as its slope, divided
     by e_f, is monotone; where it does not turn, it stays between its start and its end. The same holds for
-    the velocity of a sliding node, which follows the force and fades meanwhile.
+    the velocity of a sliding node, which follows the force and fades meanwhile. A node begins inside its
+    limits, or at one: on its way out, its first slope tells; on its way in, the end does.
     """
     passes, fade = (until - clock) * k.times.rate_f, end.e_c / now.e_c
     slope_f, slope_r = -now.e_f * passes, (now.e_m - now.r_f) * passes
@@ -65,10 +66,10 @@ def look_ahead(clock: float, now: Response, until: float, end: Response, k: Coef
 def _may_leave(p: float, q_f: float, q_r: float, sliding: bool, outlook: Outlook) -> bool:
     """Whether a node, whose force or velocity is given as its parts, may leave its state before the end."""
     o = outlook
-    constant = p * (o.sliding if sliding else 1.0)
+    fixed = p * (o.sliding if sliding else 1.0)
     end_f, end_r = o.end_sliding if sliding else o.end_stuck
     far_f, far_r = o.far_sliding if sliding else o.far_stuck
-    end, far = constant + q_f * end_f + q_r * end_r, constant + q_f * far_f + q_r * far_r
+    end, far = fixed + q_f * end_f + q_r * end_r, fixed + q_f * far_f + q_r * far_r
     lowest, highest = (o.still, NEVER) if sliding else (o.backward, o.forward)
     return not ((min(end, far) > lowest) & (max(end, far) < highest))
 
@@ -78,7 +79,7 @@ def look_at_run(memory: Memory, low: int, high: int, outlook: Outlook) -> np.uin
     """List those of the nodes from `low` to `high`, whose course is new, that may leave their state.
 
     Args:
-        memory: the list begins where WORK does; LEAVE_AT is NEVER then.
+        memory: WORK receives the list; HOLD is found for these nodes, LEAVE_AT is set to NEVER.
         low: the first node.
         high: the last node.
         outlook: up to the end.
@@ -98,14 +99,14 @@ def look_at_run(memory: Memory, low: int, high: int, outlook: Outlook) -> np.uin
 
 @inner_kernel
 def look_at_all(memory: Memory, outlook: Outlook) -> np.uint64:
-    """List those of all nodes, of which no course is new, that may leave their state; see `look_at_run`."""
+    """List those of all nodes, of which HOLD is up to date, that may leave their state; see `look_at_run`."""
     nodes, rows, count = memory.shape[1], flat(memory), _NONE
+    p, q_f, q_r = rows[HOLD * nodes :], rows[HOLD_F * nodes :], rows[HOLD_R * nodes :]
+    slip = rows[SLIP * nodes :]
     memory[LEAVE_AT] = NEVER
     for first in range(0, nodes, WORD):
         # Several at a time; those beyond the last node are entries of the next row, and mean nothing.
         size = min(WORD, (nodes - first + _LANES - 1) // _LANES * _LANES)
-        p, q_f, q_r = rows[HOLD * nodes :], rows[HOLD_F * nodes :], rows[HOLD_R * nodes :]
-        slip = rows[SLIP * nodes :]
         found = NO_BITS
         for n in range(size):
             i = np.uint64(first + n)

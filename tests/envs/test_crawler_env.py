@@ -85,7 +85,8 @@ def test_a_snapshot_of_the_state_alone_will_do(lost: list[str]) -> None:
     env, twin = CrawlerEnv(), CrawlerEnv()
     roll(env, 1, 57)
     snapshot = env.get_state()
-    snapshot["course"] = snapshot["course"][: -lost.count("a row") or None]
+    if lost == ["a row"]:
+        snapshot["course"].pop()
     snapshot = {name: value for name, value in snapshot.items() if name not in lost}
     twin.set_state(snapshot)
     for action in [0, 9, 4, 4, 2] * 20:

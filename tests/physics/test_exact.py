@@ -14,13 +14,17 @@ from crawler_bench.physics import CrawlerParameters, exact
 from crawler_bench.physics.coefficients import EVENT_TOLERANCE, coefficients
 from crawler_bench.physics.course import report
 from crawler_bench.physics.crawler import act
+from crawler_bench.physics.excitation import due, next_excitation
 from crawler_bench.physics.exits import exit_time
 from crawler_bench.physics.layout import (
     DISPLACEMENT,
     DRIVE,
     FORCE,
+    LIMIT_AT,
     NEURON,
+    NEVER,
     SLIP,
+    SPIKE_AT,
     STATE_ROWS,
     VELOCITY,
     WORK,
@@ -249,6 +253,16 @@ def test_where_friction_balances_it_takes_steps() -> None:
     exact, stepped = crawl(p, actions), crawl(replace(p, integrator="step"), actions)
     assert (np.abs(exact[:, SLIP]) == 1).all(axis=1).any()
     np.testing.assert_allclose(exact[:, DISPLACEMENT], stepped[:, DISPLACEMENT], atol=2e-3)
+
+
+@pytest.mark.parametrize("muscle", [0, 1, 63, 64, 69])
+@pytest.mark.parametrize("row", [SPIKE_AT, LIMIT_AT])
+def test_the_first_muscle_that_is_due_is_found(row: int, muscle: int) -> None:
+    memory = make_memory(70)
+    memory[[SPIKE_AT, LIMIT_AT]] = NEVER
+    memory[row, [muscle, 70]] = 0.5
+    assert next_excitation(memory) == 0.5
+    assert due(memory, 0.5) == muscle
 
 
 def test_events_without_end_are_given_up_for_steps(monkeypatch: pytest.MonkeyPatch) -> None:

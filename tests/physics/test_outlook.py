@@ -6,8 +6,8 @@ import pytest
 from crawler_bench.physics import CrawlerParameters
 from crawler_bench.physics.coefficients import Coefficients, coefficients
 from crawler_bench.physics.crawler import act
-from crawler_bench.physics.exits import height
-from crawler_bench.physics.layout import WORK, make_memory
+from crawler_bench.physics.exits import exit_time, height
+from crawler_bench.physics.layout import HOLD, HOLD_R, NEVER, WORK, make_memory
 from crawler_bench.physics.outlook import _may_leave, look_ahead, look_at_all, look_at_run
 from crawler_bench.physics.response import Response, respond
 
@@ -42,6 +42,30 @@ def test_no_node_that_leaves_is_overlooked(body: dict[str, float], sliding: bool
         n_kept += not may_leave
 
 
+@pytest.mark.parametrize("sliding", [False, True])
+@pytest.mark.parametrize("body", BODIES)
+def test_no_node_that_leaves_from_a_limit_is_overlooked(body: dict[str, float], sliding: bool) -> None:
+    """A node that has just changed its state stands at a limit, but for rounding."""
+    k = coefficients(CrawlerParameters(**body))
+    rng = np.random.default_rng(0)
+    n_leaving, n_kept = 0, 0
+    while min(n_leaving, n_kept) < 100:
+        clock, until = np.cumsum(rng.uniform(0.0, [k.longest, 1.0]))
+        now, end = respond(clock, k.times), respond(until, k.times)
+        q_f, q_r = (float(part) for part in rng.choice([0.1, 1.0, 10.0]) * rng.normal(size=2))
+        limit = 0.0 if sliding else rng.choice([-k.backward, k.forward])
+        off = rng.choice([-1.0, -0.1, 0.0, 0.1, 1.0]) * k.tolerance
+        p = (limit + off - height(0.0, q_f, q_r, sliding, now)) / (now.e_c if sliding else 1.0)
+        above = [(p, q_f, q_r)] if sliding else [(k.backward + p, q_f, q_r), (k.forward - p, -q_f, -q_r)]
+        leaves_at = min(
+            exit_time(*each, sliding, clock, now, until, end, False, k.times, k.tolerance) for each in above
+        )
+        may_leave = _may_leave(p, q_f, q_r, sliding, look_ahead(clock, now, until, end, k))
+        assert may_leave or leaves_at == NEVER
+        n_leaving += leaves_at < NEVER
+        n_kept += not may_leave
+
+
 @pytest.mark.parametrize("n_segments", [2, 10, 62, 63, 64, 65, 130])
 def test_all_nodes_are_listed_as_every_single_one_is(n_segments: int) -> None:
     p = CrawlerParameters(n_segments=n_segments)
@@ -51,7 +75,8 @@ def test_all_nodes_are_listed_as_every_single_one_is(n_segments: int) -> None:
     now, end = respond(0.1, k.times), respond(0.9, k.times)
     outlook = look_ahead(0.1, now, 0.9, end, k)
     count = int(look_at_all(memory, outlook))
-    listed = memory[WORK, :count].tolist()
+    listed, held = memory[WORK, :count].tolist(), memory[HOLD : HOLD_R + 1].copy()
     again = int(look_at_run(memory, 0, n_segments, outlook))
     assert listed == memory[WORK, :again].tolist() == sorted(set(listed))
     assert 0 < count <= n_segments + 1
+    np.testing.assert_array_equal(memory[HOLD : HOLD_R + 1], held)
