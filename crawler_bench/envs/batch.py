@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from crawler_bench.envs.transition import RUNNING, Packed, begin, decide, make_task, report
-from crawler_bench.physics.compilation import kernel, step_kernel
+from crawler_bench.physics.compilation import loop_kernel
 from crawler_bench.physics.layout import ROWS
 from crawler_bench.physics.parameters import CrawlerParameters
 
@@ -152,7 +152,7 @@ def _words(generator: np.random.PCG64) -> list[int]:
     ]  # fmt: skip
 
 
-@kernel
+@loop_kernel
 def _begin_all(
     memory: Array, tasks: Array, generators: NDArray[np.uint64], observation: NDArray[np.int64]
 ) -> None:
@@ -160,13 +160,13 @@ def _begin_all(
         observation[i] = begin(memory[i], tasks[i], generators[i])
 
 
-@kernel
+@loop_kernel
 def _report_all(memory: Array, tasks: Array) -> None:
     for i in range(memory.shape[0]):
         report(memory[i], tasks[i])
 
 
-@kernel
+@loop_kernel
 def _begin_ended(
     memory: Array,
     tasks: Array,
@@ -182,7 +182,7 @@ def _begin_ended(
             end[i] = RUNNING
 
 
-@kernel
+@loop_kernel
 def _decide_all(
     memory: Array,
     actions: NDArray[np.int64],
@@ -197,20 +197,6 @@ def _decide_all(
     for action in actions:
         if not 0 <= action < memory.shape[2] - 1:
             return -1
-    return _decide_each(memory, actions, tasks, groups, generators, observation, outcome, end)
-
-
-@step_kernel
-def _decide_each(
-    memory: Array,
-    actions: NDArray[np.int64],
-    tasks: Array,
-    groups: NDArray[np.int64],
-    generators: NDArray[np.uint64],
-    observation: NDArray[np.int64],
-    outcome: Array,
-    end: NDArray[np.int64],
-) -> int:
     n_ended = 0
     for group in range(groups.size - 1):
         task = tasks[groups[group]]  # the same row for all who have it, so that its entries are read once

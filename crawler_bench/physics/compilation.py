@@ -97,6 +97,11 @@ def step_kernel(function: Callable[Arguments, Result]) -> Callable[Arguments, Re
     return _compile(function, _nrt=False, forceinline=False)
 
 
+def loop_kernel(function: Callable[Arguments, Result]) -> Callable[Arguments, Result]:
+    """Compile like `step_kernel` a loop over many: it lets other threads run Python meanwhile."""
+    return _compile(function, _nrt=False, forceinline=False, nogil=True)
+
+
 def inner_kernel(function: Callable[Arguments, Result]) -> Callable[Arguments, Result]:
     """Compile like `step_kernel` a function that becomes part of every kernel which calls it.
 

@@ -119,7 +119,7 @@ def add_up(memory: Memory, i: int, k: Coefficients) -> None:
 
 @inner_kernel
 def position(memory: Memory, n: int, now: Response) -> float:
-    """Displacement of node n, which slides, now."""
+    """Displacement of node n now, if it slides."""
     i = np.uint64(n)  # an index without sign needs no check for one below 0
     u = memory[ORIGIN, i] * now.e_c + memory[W, i] * (1.0 - now.e_c)
     return float(u + memory[W_F, i] * now.s_f + memory[W_R, i] * now.s_r)
@@ -194,11 +194,9 @@ def hold(memory: Memory, n: int) -> tuple[float, float, float]:
 @inner_kernel
 def settle(memory: Memory, row: int, now: Response) -> None:
     """Write to a row where all nodes are now; it may be ORIGIN."""
-    remaining = 1.0 - now.e_c
     for i in range(memory.shape[1]):  # without branches, so that it is done for several nodes at a time
-        u = memory[ORIGIN, i]
-        there = u * now.e_c + memory[W, i] * remaining + memory[W_F, i] * now.s_f + memory[W_R, i] * now.s_r
-        memory[row, i] = there if memory[SLIP, i] != STUCK else u
+        there = position(memory, i, now)
+        memory[row, i] = there if memory[SLIP, i] != STUCK else memory[ORIGIN, i]
 
 
 @inner_kernel

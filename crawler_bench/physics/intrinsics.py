@@ -9,7 +9,7 @@ import numba
 import numpy as np
 from llvmlite import ir
 from numba.core.imputils import impl_ret_borrowed
-from numba.extending import intrinsic, overload
+from numba.extending import intrinsic
 from numpy.typing import NDArray
 
 from crawler_bench.physics.compilation import config
@@ -22,6 +22,15 @@ NO_BITS = np.uint64(0)
 _borrowed: Any = impl_ret_borrowed  # its declared type lacks its arguments
 
 
+def _in_kernels(emit: Callable[..., Any], in_python: Callable[..., Any]) -> Any:
+    """What is emitted into kernels; without compilation, the function of Python.
+
+    Not by numba's `overload`: such a function could return no view of an array in kernels that count no
+    references.
+    """
+    return in_python if config.DISABLE_JIT else intrinsic(emit)
+
+
 def _emit_exp(typing_context: Any, x: Any) -> Any:
     def emit(context: Any, builder: Any, signature: Any, operands: Any) -> Any:
         return builder.call(builder.module.declare_intrinsic("llvm.exp", [ir.DoubleType()]), operands)
@@ -29,30 +38,11 @@ def _emit_exp(typing_context: Any, x: Any) -> Any:
     return numba.float64(numba.float64), emit
 
 
-_library_exp: Any = intrinsic(_emit_exp)
+exp: Callable[[float], float] = _in_kernels(_emit_exp, math.exp)
+"""The exponential function of the C library.
 
-
-def exp(x: float) -> float:
-    """The exponential function, `math.exp`.
-
-    In kernels it is the one of the C library, which numba calls through a wrapper for old libraries; a
-    crawler would pay for that several times a decision.
-    """
-    return math.exp(x)
-
-
-@overload(exp, strict=False)
-def _exp_in_kernels(x: Any) -> Any:
-    return lambda x: _library_exp(x)
-
-
-def _in_kernels(emit: Callable[..., Any], in_python: Callable[..., Any]) -> Any:
-    """What is emitted into kernels; without compilation, the function of Python.
-
-    Not by `overload` as above: numba lets such a function return no view of an array in kernels that count no
-    references.
-    """
-    return in_python if config.DISABLE_JIT else intrinsic(emit)
+Numba calls it through a wrapper for old libraries; a crawler would pay for that several times a decision.
+"""
 
 
 def _arrays() -> Any:

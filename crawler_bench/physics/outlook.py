@@ -18,7 +18,7 @@ from crawler_bench.physics.intrinsics import NO_BITS, WORD, flat, lowest_bit
 from crawler_bench.physics.layout import HOLD, HOLD_F, HOLD_R, LEAVE_AT, NEVER, SLIP, WORK, Memory
 from crawler_bench.physics.response import Response
 
-_NONE, _ONE = np.uint64(0), np.uint64(1)
+_ONE = np.uint64(1)
 _LANES = 4  # doubles that a processor calculates with at a time
 
 
@@ -87,7 +87,7 @@ def look_at_run(memory: Memory, low: int, high: int, outlook: Outlook) -> np.uin
     Returns:
         How many there are.
     """
-    count = _NONE
+    count = np.uint64(0)
     for n in range(low, high + 1):
         i = np.uint64(n)
         p, q_f, q_r = hold(memory, n)
@@ -100,7 +100,7 @@ def look_at_run(memory: Memory, low: int, high: int, outlook: Outlook) -> np.uin
 @inner_kernel
 def look_at_all(memory: Memory, outlook: Outlook) -> np.uint64:
     """List those of all nodes, of which HOLD is up to date, that may leave their state; see `look_at_run`."""
-    nodes, rows, count = memory.shape[1], flat(memory), _NONE
+    nodes, rows, count = memory.shape[1], flat(memory), np.uint64(0)
     p, q_f, q_r = rows[HOLD * nodes :], rows[HOLD_F * nodes :], rows[HOLD_R * nodes :]
     slip = rows[SLIP * nodes :]
     memory[LEAVE_AT] = NEVER
