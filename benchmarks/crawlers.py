@@ -10,7 +10,7 @@ from benchmarks.loops import crawl, record_diagonal
 from crawler_bench.envs.batch import CrawlerBatch
 from crawler_bench.envs.randomness import live_state
 from crawler_bench.envs.transition import make_task
-from crawler_bench.physics.layout import make_memory
+from crawler_bench.physics.state import make_memory
 from crawler_bench.physics.parameters import CrawlerParameters
 
 NO_ACTIONS = np.empty(0, dtype=np.int64)

@@ -19,7 +19,7 @@ from benchmarks.loops import replay, solve_tridiagonal
 from benchmarks.measure import Effort, Row, Side, compare
 from crawler_bench.envs.randomness import live_state
 from crawler_bench.envs.transition import make_task
-from crawler_bench.physics.layout import make_memory
+from crawler_bench.physics.state import make_memory
 
 STEPS_PER_SOLVE = 0.5
 EXACT_OVER_STEPPED = 4.0
