@@ -16,11 +16,11 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from crawler_bench.physics import CrawlerParameters
+from crawler_bench.physics.as_printed import laplacian_of_chain, net_force
 from crawler_bench.physics.body import BACKWARD, FORWARD, STUCK, balance_forces
 from crawler_bench.physics.coefficients import coefficients
 from crawler_bench.physics.crawler import advance
 from crawler_bench.physics.layout import DISPLACEMENT, FORCE, SLIP, VELOCITY, rest_state, workspace
-from tests.physics.reference import laplacian_of_chain, net_force
 
 Array = NDArray[np.float64]
 STIFFNESS = 3.51

@@ -17,10 +17,10 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from crawler_bench.physics import CrawlerParameters
+from crawler_bench.physics.as_printed import FRICTION_WIDTH, net_force, simulate
 from crawler_bench.physics.coefficients import Coefficients, coefficients
 from crawler_bench.physics.crawler import advance, measure, net_muscle_force
 from crawler_bench.physics.layout import DISPLACEMENT, DRIVE, FORCE, NEURON, VELOCITY, rest_state, workspace
-from tests.physics.reference import FRICTION_WIDTH, net_force, simulate
 
 Array = NDArray[np.float64]
 SIZES = [2, 3, 10, 25]

@@ -13,10 +13,10 @@ import pytest
 from numpy.typing import NDArray
 
 from crawler_bench.physics import CrawlerParameters
+from crawler_bench.physics.as_printed import laplacian_of_chain, net_force
 from crawler_bench.physics.coefficients import coefficients
 from crawler_bench.physics.crawler import advance
 from crawler_bench.physics.layout import DISPLACEMENT, FORCE, VELOCITY, rest_state, workspace
-from tests.physics.reference import laplacian_of_chain, net_force
 
 Array = NDArray[np.float64]
 

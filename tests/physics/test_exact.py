@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from crawler_bench.physics import CrawlerParameters, exact
+from crawler_bench.physics.as_printed import laplacian_of_chain, net_force, simulate
 from crawler_bench.physics.coefficients import EVENT_TOLERANCE, coefficients
 from crawler_bench.physics.course import report
 from crawler_bench.physics.crawler import act
@@ -31,7 +32,6 @@ from crawler_bench.physics.layout import (
     make_memory,
 )
 from crawler_bench.physics.response import START, after, relaxation, respond, respond_near
-from tests.physics.reference import laplacian_of_chain, net_force, simulate
 
 Array = NDArray[np.float64]
 READINGS: list[dict[str, Any]] = [
