@@ -16,9 +16,9 @@ from benchmarks.measure import Effort
 SEQUENCES = ("diagonal policy", "random actions")
 WHAT = {
     "excite": "spikes, and drives that fall through their limit",
-    "switch": "nodes that start or stop sliding",
-    "set_course": "nodes whose course is laid anew",
-    "exit_time": "limits of nodes that may be reached",
+    "change_slip": "nodes that start or stop sliding",
+    "set_trajectory": "nodes whose trajectory is set",
+    "crossing_time": "limits of nodes that may be reached",
     "_root": "searches for a root",
     "respond": "times at which the responses are evaluated",
 }
@@ -36,32 +36,33 @@ def of_a_decision(effort: Effort) -> pd.DataFrame:
 def _count(n_decisions: int) -> list[dict[str, Any]]:
     """Let a crawler decide, with every function of `WHAT` replaced by one that counts its calls."""
     from benchmarks.crawlers import NO_ACTIONS, body, compiled_crawl, random_actions
-    from crawler_bench.physics import course, events, exact, excitation, exits, response
+    from crawler_bench.physics import relaxation
+    from crawler_bench.physics.exact import crossings, integrator, slip_events, spikes, trajectory
 
     counts: collections.Counter[str] = collections.Counter()
 
     def counted(function: Callable[..., Any]) -> Callable[..., Any]:
         def wrapper(*arguments: Any) -> Any:
-            low, high = arguments[1:3] if function is course.set_course else (0, 0)
+            low, high = arguments[1:3] if function is trajectory.set_trajectory else (0, 0)
             counts[function.__name__] += high - low + 1
             return function(*arguments)
 
         return wrapper
 
-    places = (exact, events, exits, response)
-    originals = (
-        excitation.excite,
-        events.switch,
-        course.set_course,
-        exits.exit_time,
-        exits._root,
-        response.respond,
-    )
+    places = (integrator, slip_events, crossings, relaxation)
+    originals: list[Any] = [
+        spikes.excite,
+        slip_events.change_slip,
+        trajectory.set_trajectory,
+        crossings.crossing_time,
+        crossings._root,
+        relaxation.respond,
+    ]
     for function in originals:
-        replacement = counted(function)
+        replacement, name = counted(function), str(function.__name__)
         for place in places:
-            if getattr(place, function.__name__, None) is function:
-                setattr(place, function.__name__, replacement)
+            if getattr(place, name, None) is function:
+                setattr(place, name, replacement)
     rows: dict[str, dict[str, Any]] = {name: {"what": what} for name, what in WHAT.items()}
     for sequence, actions in zip(SEQUENCES, (NO_ACTIONS, random_actions()), strict=True):
         counts.clear()

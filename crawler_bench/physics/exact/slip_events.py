@@ -11,7 +11,7 @@ import numpy as np
 
 from crawler_bench.physics.body import BACKWARD, FORWARD, STUCK
 from crawler_bench.physics.coefficients import Coefficients
-from crawler_bench.physics.compiled import kernel
+from crawler_bench.physics.compiled import inner_kernel
 from crawler_bench.physics.exact.crossings import Margin, crossing_time
 from crawler_bench.physics.exact.trajectory import force_at, position
 from crawler_bench.physics.relaxation import Response
@@ -39,7 +39,7 @@ class Outlook(NamedTuple):
     far_sliding: tuple[float, float]
 
 
-@kernel
+@inner_kernel
 def look_ahead(now: Response, end: Response, k: Coefficients) -> Outlook:
     """Prepare to look from now to the end.
 
@@ -59,7 +59,7 @@ def look_ahead(now: Response, end: Response, k: Coefficients) -> Outlook:
     )
 
 
-@kernel
+@inner_kernel
 def may_change(node: Node, outlook: Outlook, k: Coefficients) -> bool:
     """Whether a node may start or stop sliding before the end: True where in doubt."""
     o, m = outlook, node.margin
@@ -68,13 +68,11 @@ def may_change(node: Node, outlook: Outlook, k: Coefficients) -> bool:
     end_f, end_r = o.end_sliding if sliding else o.end_stuck
     far_f, far_r = o.far_sliding if sliding else o.far_stuck
     end, far = fixed + m.as_e_f * end_f + m.as_r_f * end_r, fixed + m.as_e_f * far_f + m.as_r_f * far_r
-    lowest, highest = (
-        (k.tolerance, NEVER) if sliding else (k.tolerance - k.backward, k.forward - k.tolerance)
-    )
+    lowest, highest = (k.tolerance, NEVER) if sliding else (k.tolerance - k.backward, k.forward - k.tolerance)
     return not (min(end, far) > lowest and max(end, far) < highest)
 
 
-@kernel
+@inner_kernel
 def find_slip_times(
     nodes: Nodes, low: int, high: int, now: Response, end: Response, patient: bool, k: Coefficients
 ) -> SlipEvent:
@@ -103,23 +101,21 @@ def find_slip_times(
     return first
 
 
-@kernel
+@inner_kernel
 def slip_time(node: Node, now: Response, end: Response, patient: bool, k: Coefficients) -> float:
     """When a node starts or stops sliding; NEVER if it does not before the end."""
     m = node.margin
     if node.slip != STUCK:
         return crossing_time(Margin(m.constant, m.as_e_f, m.as_r_f, True), now, end, patient, k)
     above_backward = Margin(k.backward + m.constant, m.as_e_f, m.as_r_f, False)
-    below_forward = Margin(
-        k.forward + k.backward - above_backward.constant, -m.as_e_f, -m.as_r_f, False
-    )
+    below_forward = Margin(k.forward + k.backward - above_backward.constant, -m.as_e_f, -m.as_r_f, False)
     return min(
         crossing_time(above_backward, now, end, patient, k),
         crossing_time(below_forward, now, end, patient, k),
     )
 
 
-@kernel
+@inner_kernel
 def next_slip_event(nodes: Nodes, end: Response) -> SlipEvent:
     """The first of the slip times before the end."""
     first, where = end.time, -1
@@ -129,7 +125,7 @@ def next_slip_event(nodes: Nodes, end: Response) -> SlipEvent:
     return SlipEvent(first, where)
 
 
-@kernel
+@inner_kernel
 def change_slip(nodes: Nodes, i: int, now: Response, k: Coefficients) -> None:
     """Stop the sliding node i, or let the stuck one go in the direction in which it is overloaded.
 
@@ -156,7 +152,7 @@ def change_slip(nodes: Nodes, i: int, now: Response, k: Coefficients) -> None:
         node.slip = direction
 
 
-@kernel
+@inner_kernel
 def stop(node: Node, now: Response) -> None:
     """Stop a sliding node where it is."""
     node.displacement_at_epoch = position(node, now)
