@@ -30,8 +30,8 @@ def inner_kernel(function: Callable[Arguments, Result]) -> Callable[Arguments, R
     """Compile like `kernel` a function that makes no array: it counts no references to those it is given.
 
     Numba counts them, with an atomic instruction each, where it cannot prove that they do not change; in a
-    loop over a few nodes that takes longer than the physics. The option is numba's own; should it go, leave it
-    out.
+    loop over a few nodes that takes longer than the physics. The option is numba's own; should it go, leave
+    it out.
     """
     return _compile(function, _nrt=False)
 
