@@ -44,6 +44,6 @@ def agent_class(name: str) -> Any:
     Raises:
         ValueError: if it cannot be found.
     """
-    from crawler_bench.config import import_agent  # imported late: a learner needs no configuration
+    from crawler_bench.config.schema import import_agent  # imported late: a learner needs no configuration
 
     return import_agent(agent_spec(name))

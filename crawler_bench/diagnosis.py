@@ -85,7 +85,7 @@ def _cache() -> str:
 
 
 def _configs() -> str:
-    from crawler_bench.experiments import config_folder, load_experiment, load_tuning
+    from crawler_bench.config.files import config_folder, load_experiment, load_tuning
 
     paths = sorted(config_folder().glob("*/*.yaml"))
     if not paths:

@@ -7,7 +7,7 @@ import pytest
 from typer.testing import CliRunner
 
 from crawler_bench import cli
-from crawler_bench.config import ConfigError
+from crawler_bench.config.schema import ConfigError
 
 SHORT = "starts=2 warm_up=5 duration=40 settle=10 gait=40 evaluation.noise=[0,0.1] decisions=2000".split()
 SETTINGS = [word for each in SHORT for word in ("--set", each)]

@@ -5,7 +5,8 @@ from pathlib import Path
 import pytest
 import yaml
 
-from crawler_bench.config import (
+from crawler_bench.config.files import config_folder, load_experiment, load_tuning, parse_assignments
+from crawler_bench.config.schema import (
     ConfigError,
     EvaluationConfig,
     Experiment,
@@ -14,7 +15,6 @@ from crawler_bench.config import (
     parse_seeds,
     to_yaml,
 )
-from crawler_bench.experiments import config_folder, load_experiment, load_tuning, parse_assignments
 from crawler_bench.physics.parameters import CrawlerParameters
 
 

@@ -30,7 +30,7 @@ from crawler_bench.bench.softening import (
 from crawler_bench.bench.summary import summarize_benchmark
 from crawler_bench.bench.sweep import Outcome
 from crawler_bench.bench.training import agent_file
-from crawler_bench.config import Experiment, to_yaml
+from crawler_bench.config.schema import Experiment, to_yaml
 
 Array = NDArray[np.float64]
 

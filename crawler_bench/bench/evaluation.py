@@ -14,7 +14,7 @@ from crawler_bench.bench.policies import action_table
 from crawler_bench.bench.record import Record
 from crawler_bench.bench.rollout import rollout
 from crawler_bench.bench.training import agent_file, load_class, make_env
-from crawler_bench.config import EvaluationConfig, RunConfig
+from crawler_bench.config.schema import EvaluationConfig, RunConfig
 
 
 @dataclass(frozen=True)

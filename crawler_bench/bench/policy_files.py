@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from crawler_bench.bench.store import NotARunError
-from crawler_bench.config import RunConfig, to_mapping
+from crawler_bench.config.schema import RunConfig, to_mapping
 
 LARGEST = 500_000  # bytes of a network's archive that is still shared
 

@@ -18,7 +18,7 @@ from crawler_bench.bench.open_fields import (
     Value,
     word,
 )
-from crawler_bench.config import EnvironmentConfig, RunConfig, nearest, override, to_mapping
+from crawler_bench.config.schema import EnvironmentConfig, RunConfig, nearest, override, to_mapping
 
 
 @dataclass(frozen=True)

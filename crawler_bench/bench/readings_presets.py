@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 from crawler_bench.bench.readings import Reading, readings
-from crawler_bench.config import RunConfig, override
+from crawler_bench.config.schema import RunConfig, override
 
 SMOKE_READINGS = ("default", "literal", "tau_f=1", "regularization=0.05")
 

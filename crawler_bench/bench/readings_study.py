@@ -12,7 +12,7 @@ from crawler_bench.bench.claims import Results
 from crawler_bench.bench.readings import Reading, values_of
 from crawler_bench.bench.scoring import Score, score
 from crawler_bench.bench.sweep import Cell, Outcome, read_outcomes, run_cells
-from crawler_bench.config import RunConfig
+from crawler_bench.config.schema import RunConfig
 
 EXPERIMENTS = ("regularized", "unregularized", "untrained")
 REGULARIZED, UNREGULARIZED = EXPERIMENTS[:2]

@@ -20,8 +20,8 @@ from crawler_bench.bench.frames import RUN, read_csv, rounded
 from crawler_bench.bench.store import NotARunError
 from crawler_bench.bench.summary import summarize_benchmark
 from crawler_bench.bench.sweep import Cell, run_cells
-from crawler_bench.config import Experiment, RunConfig, override, to_mapping
-from crawler_bench.experiments import load_experiment
+from crawler_bench.config.files import load_experiment
+from crawler_bench.config.schema import Experiment, RunConfig, override, to_mapping
 
 WHOLE_RUN = "run"  # in place of a metric
 

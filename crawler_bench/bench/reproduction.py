@@ -20,7 +20,7 @@ from crawler_bench.bench.record import Record
 from crawler_bench.bench.rollout import rollout
 from crawler_bench.bench.sweep import Cell, Outcome, read_outcomes, run_cells
 from crawler_bench.bench.training import agent_file
-from crawler_bench.config import Experiment
+from crawler_bench.config.schema import Experiment
 
 GAITS = ("regularized", "unregularized")
 EXPERIMENTS = (*GAITS, "untrained", "alpha_gamma")

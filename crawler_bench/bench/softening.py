@@ -28,7 +28,7 @@ from crawler_bench.bench import metrics
 from crawler_bench.bench.frames import LEARNER, MODES, action_columns
 from crawler_bench.bench.record import Record
 from crawler_bench.bench.rollout import rollout
-from crawler_bench.config import EvaluationConfig
+from crawler_bench.config.schema import EvaluationConfig
 from crawler_bench.physics.parameters import CrawlerParameters
 
 Array = NDArray[np.float64]

@@ -25,7 +25,7 @@ from typing import Any
 
 import yaml
 
-from crawler_bench.config import EvaluationConfig, RunConfig, to_mapping, to_yaml
+from crawler_bench.config.schema import EvaluationConfig, RunConfig, to_mapping, to_yaml
 from crawler_bench.physics.compilation import KERNEL_HASH, source_hash
 
 MANIFEST = "manifest.json"

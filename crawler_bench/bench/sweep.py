@@ -21,7 +21,7 @@ from rich.progress import (
 from crawler_bench.bench import metrics, store
 from crawler_bench.bench.evaluation import Evaluation, evaluate, read_evaluation
 from crawler_bench.bench.training import train
-from crawler_bench.config import ConfigError, RunConfig
+from crawler_bench.config.schema import ConfigError, RunConfig
 
 
 @dataclass(frozen=True)

@@ -18,8 +18,8 @@ from crawler_bench.bench import benchmark_tables, performance, readings_tables
 from crawler_bench.bench.cells import interval as interval
 from crawler_bench.bench.cells import short as short
 from crawler_bench.bench.claims import Verdict
-from crawler_bench.config import EnvironmentConfig, EvaluationConfig
-from crawler_bench.experiments import config_folder, load_experiment
+from crawler_bench.config.files import config_folder, load_experiment
+from crawler_bench.config.schema import EnvironmentConfig, EvaluationConfig
 from crawler_bench.physics.parameters import CrawlerParameters
 
 SIGNS = {Verdict.REPRODUCED.value: "✔", Verdict.PARTLY.value: "◐", Verdict.NOT.value: "✘"}

@@ -13,7 +13,7 @@ import optuna
 import pandas as pd
 
 from crawler_bench.bench.sweep import Cell, read_outcomes, run_cells
-from crawler_bench.config import Range, RunConfig, Tuning, override
+from crawler_bench.config.schema import Range, RunConfig, Tuning, override
 
 SAMPLER_SEED = 2020
 STARTUP_TRIALS = 4  # drawn at random before the sampler learns from what it saw

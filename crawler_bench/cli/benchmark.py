@@ -20,7 +20,7 @@ from crawler_bench.cli.options import (
 from crawler_bench.console import console, print_frame, teller
 
 if TYPE_CHECKING:
-    from crawler_bench.config import Experiment
+    from crawler_bench.config.schema import Experiment
 
 RESULTS = Path("results/benchmark")
 SIDE_BY_SIDE = 8  # crawlers that an added agent of Stable-Baselines3 learns from
@@ -104,8 +104,8 @@ def tune(
     """Search an agent's settings with Optuna; interrupted, the same command goes on."""
     from crawler_bench.bench.frames import write_csv
     from crawler_bench.bench.tuning import tune as search
-    from crawler_bench.config import to_yaml
-    from crawler_bench.experiments import config_folder, load_tuning, parse_assignments
+    from crawler_bench.config.files import config_folder, load_tuning, parse_assignments
+    from crawler_bench.config.schema import to_yaml
 
     path = Path(agent) if agent.endswith((".yaml", ".yml")) else config_folder() / "tuning" / f"{agent}.yaml"
     tuning = load_tuning(path, parse_assignments(set_ or []))
@@ -123,14 +123,14 @@ def _entries(
 ) -> "list[Experiment]":
     """What is compared: configs/bench, or part of it, and what the user adds; sized by the preset."""
     from crawler_bench.bench.benchmark import require_comparable
-    from crawler_bench.config import ConfigError, nearest, parse_seeds
-    from crawler_bench.experiments import (
+    from crawler_bench.config.files import (
         config_folder,
         load_entry,
         load_experiment,
         load_overrides,
         parse_assignments,
     )
+    from crawler_bench.config.schema import ConfigError, nearest, parse_seeds
 
     known = {path.stem: path for path in sorted((config_folder() / "bench").glob("*.yaml"))}
     for name in only:
@@ -153,7 +153,7 @@ def _entries(
 
 def _sized(entry: "Experiment", seeds: tuple[int, ...] | None, overrides: dict[str, Any]) -> "Experiment":
     """An entry with other seeds and values; a value that its grid varies is no longer varied."""
-    from crawler_bench.config import override
+    from crawler_bench.config.schema import override
 
     # What learns nothing has no number of decisions to change.
     mine = {key: value for key, value in overrides.items() if entry.run.decisions or key != "decisions"}

@@ -10,7 +10,7 @@ def list_() -> None:
     """List agents, environments, experiments and claims."""
     import crawler_bench
     from crawler_bench.bench.paper_claims import CLAIMS
-    from crawler_bench.experiments import config_folder
+    from crawler_bench.config.files import config_folder
 
     agents = agents_package()
     console.print("[bold]agents[/]")

@@ -59,7 +59,7 @@ def agent_spec(name: str) -> str:
 
 def evaluation_overrides(set_: list[str] | None) -> dict[str, Any]:
     """What --set says of an evaluation, by dotted key; the section may be left out."""
-    from crawler_bench.experiments import parse_assignments
+    from crawler_bench.config.files import parse_assignments
 
     return {
         f"evaluation.{key.removeprefix('evaluation.')}": value

@@ -11,7 +11,7 @@ from crawler_bench.cli.options import RUNS, Jobs, Quiet, Runs, Seeds, Set, agent
 from crawler_bench.console import console, print_claims, teller
 
 if TYPE_CHECKING:
-    from crawler_bench.config import Experiment
+    from crawler_bench.config.schema import Experiment
 
 
 class Preset(StrEnum):
@@ -80,8 +80,8 @@ def reproduce(
 def _experiments(
     preset: Preset, names: list[str], set_: list[str] | None, seeds: str | None
 ) -> "list[Experiment]":
-    from crawler_bench.config import parse_seeds
-    from crawler_bench.experiments import config_folder, load_experiment, parse_assignments
+    from crawler_bench.config.files import config_folder, load_experiment, parse_assignments
+    from crawler_bench.config.schema import parse_seeds
 
     overrides = parse_assignments(set_ or [])
     experiments = []

@@ -51,7 +51,7 @@ def readings(
 
 def _laboratory(size: "Size", runs: Path, jobs: int, quiet: bool) -> "Laboratory":
     from crawler_bench.bench.readings_study import EXPERIMENTS, Laboratory
-    from crawler_bench.experiments import config_folder, load_experiment
+    from crawler_bench.config.files import config_folder, load_experiment
 
     bases = {}
     for name in EXPERIMENTS:

@@ -31,8 +31,8 @@ def train(
 ) -> None:
     """Train one agent, once for each seed; prints the run folders."""
     from crawler_bench.bench.training import train as train_run
-    from crawler_bench.config import RunConfig, override, parse_seeds
-    from crawler_bench.experiments import load_experiment, parse_assignments
+    from crawler_bench.config.files import load_experiment, parse_assignments
+    from crawler_bench.config.schema import RunConfig, override, parse_seeds
 
     if seeds and seed:
         raise ValueError("--seed and --seeds say the same thing: give one of them")
@@ -97,7 +97,7 @@ def _measure(path: Path, overrides: dict[str, Any]) -> "Measured":
 
     from crawler_bench.bench import evaluation, policy_files, store
     from crawler_bench.bench.sweep import Measured, label
-    from crawler_bench.config import override
+    from crawler_bench.config.schema import override
 
     if path.suffix in (".json", ".zip"):
         policy = policy_files.read_policy(path)

@@ -12,7 +12,7 @@ from crawler_bench.bench.benchmark_results import write_benchmark
 from crawler_bench.bench.frames import RUN, read_csv, rounded
 from crawler_bench.bench.remake import Hasher, remake
 from crawler_bench.bench.summary import METRICS, summarize_benchmark
-from crawler_bench.config import ConfigError, Experiment, RunConfig, override
+from crawler_bench.config.schema import ConfigError, Experiment, RunConfig, override
 
 SHORT = {
     "starts": 2, "warm_up": 5, "duration": 40, "settle": 20, "gait": 60, "evaluation.noise": [0, 0.1, 0.4],

@@ -17,8 +17,8 @@ from crawler_bench.bench.readings_presets import FULL, SMOKE
 from crawler_bench.bench.readings_search import RANGES
 from crawler_bench.bench.readings_study import Laboratory, Scored
 from crawler_bench.bench.scoring import RESAMPLES, Score
-from crawler_bench.config import RunConfig
-from crawler_bench.experiments import config_folder, load_experiment
+from crawler_bench.config.files import config_folder, load_experiment
+from crawler_bench.config.schema import RunConfig
 from tests.bench.test_scoring import PLANTED, plant, score
 
 ALL = readings()

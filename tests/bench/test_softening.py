@@ -6,7 +6,7 @@ import pytest
 
 from crawler_bench.bench import metrics, softening
 from crawler_bench.bench.rollout import rollout
-from crawler_bench.config import EvaluationConfig
+from crawler_bench.config.schema import EvaluationConfig
 from crawler_bench.physics.parameters import CrawlerParameters
 
 N = 10

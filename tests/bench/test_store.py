@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from crawler_bench.bench import store
-from crawler_bench.config import EnvironmentConfig, EvaluationConfig, RunConfig
+from crawler_bench.config.schema import EnvironmentConfig, EvaluationConfig, RunConfig
 from crawler_bench.physics import compilation
 from crawler_bench.physics.parameters import CHOICES, CrawlerParameters
 
@@ -190,7 +190,7 @@ def test_what_is_not_a_run(tmp_path):
 CRAWL = """
 import crawler_bench.physics
 from crawler_bench.bench.store import training_key
-from crawler_bench.config import RunConfig
+from crawler_bench.config.schema import RunConfig
 from crawler_bench.physics.coefficients import coefficients
 from crawler_bench.physics.crawler import advance
 from crawler_bench.physics.layout import rest_state, workspace

@@ -8,7 +8,7 @@ import pytest
 
 from crawler_bench.bench import tables
 from crawler_bench.bench.frames import write_csv
-from crawler_bench.config import EnvironmentConfig, EvaluationConfig
+from crawler_bench.config.schema import EnvironmentConfig, EvaluationConfig
 from crawler_bench.physics.parameters import CrawlerParameters
 
 ROOT = Path(tables.__file__).parents[2]

@@ -8,8 +8,8 @@ import yaml
 
 from crawler_bench.bench import training
 from crawler_bench.bench.tuning import tune
-from crawler_bench.config import ConfigError, Tuning
-from crawler_bench.experiments import config_folder, load_experiment, load_tuning
+from crawler_bench.config.files import config_folder, load_experiment, load_tuning
+from crawler_bench.config.schema import ConfigError, Tuning
 
 RESULTS = Path(__file__).parents[2] / "results" / "tuning"
 SEARCH = """

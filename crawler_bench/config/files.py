@@ -7,7 +7,7 @@ from typing import Any, TypeVar
 
 import yaml
 
-from crawler_bench.config import ConfigError, Experiment, Tuning, build, override
+from crawler_bench.config.schema import ConfigError, Experiment, Tuning, build, override
 
 Kind = TypeVar("Kind", bound=Experiment)
 
