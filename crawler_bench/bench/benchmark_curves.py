@@ -7,7 +7,6 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from crawler_bench.bench import stats
 from crawler_bench.bench.benchmark_style import (
     REFERENCES,
     SPEED_LABEL,
@@ -26,6 +25,7 @@ from crawler_bench.bench.benchmark_style import (
     short,
 )
 from crawler_bench.bench.style import INK, Array, new_figure, show_missing, tidy
+from crawler_bench.statistics import estimates
 
 OVERTAKES = "from here on the strongest regularization is the faster one (shaded: 95 % interval)"
 
@@ -59,7 +59,7 @@ def noise_curves(evaluations: pd.DataFrame) -> Figure:
             for value in regularizations(chosen)
         }
         for value, table in tables.items():
-            means = [stats.estimate(row, statistic=np.mean) for row in table.to_numpy()]
+            means = [estimates.estimate(row, statistic=np.mean) for row in table.to_numpy()]
             strongest = value == values[-1] and len(values) > 1
             # Where they are equal, the wider line shows at both sides of the narrower one.
             look = {"marker": "s", "ms": 3, "lw": 1.6} if strongest else {"marker": "o", "ms": 5, "lw": 3}
@@ -87,7 +87,7 @@ def _mark_crossover(axes: Axes, strongest: pd.DataFrame, weakest: pd.DataFrame) 
     )
     if len(rising) == 0 or rising.shape != falling.shape:
         return
-    found, _ = stats.crossover(noise.to_numpy(np.float64), rising, falling)
+    found, _ = estimates.crossover(noise.to_numpy(np.float64), rising, falling)
     if np.isfinite(found.value):
         axes.axvline(found.value, color=INK, lw=1, ls=":", label=OVERTAKES)
         if np.isfinite([found.low, found.high]).all():
@@ -125,7 +125,7 @@ def learning_curves(
         axes.set_xlabel("decisions")
         for agent, rows in curves[curves["regularization"] == value].groupby("agent", sort=False):
             windows = rows.assign(window=rows.groupby("seed").cumcount()).groupby("window")
-            estimates = [stats.estimate(each * SPEED_SCALE) for _, each in windows["speed"]]
+            estimates = [estimates.estimate(each * SPEED_SCALE) for _, each in windows["speed"]]
             at = windows["decisions"].mean().to_numpy(np.float64)
             band(axes, at, estimates, _line(str(agent), look_of[str(agent)], max(1, len(at) // 8)))
         if runs is not None:
@@ -183,7 +183,7 @@ def _draw_temperatures(axes: Axes, frame: pd.DataFrame, every: pd.Series, look_o
     for agent, rows in frame.groupby("agent", sort=False):
         of = rows.groupby("temperature")["speed"]
         x: Array = np.array([places[float(str(temperature))] for temperature, _ in of])
-        estimates = [stats.estimate(each * SPEED_SCALE) for _, each in of]
+        estimates = [estimates.estimate(each * SPEED_SCALE) for _, each in of]
         band(axes, x, estimates, _line(str(agent), look_of[str(agent)], 1))
     for temperature in (each for each in known if each in (0, np.inf)):
         axes.axvline(
@@ -212,7 +212,7 @@ def _draw_stuck(axes: Axes, stuck: pd.DataFrame, names: Sequence[str], look_of: 
         same = np.array([(counts[:i] == count).sum() for i, count in enumerate(counts)], dtype=np.int64)
         x, y = counts + 0.13 * (same // 3), row + np.array([0, -0.22, 0.22])[same % 3]
         axes.plot(x, y, ls="", alpha=0.55, mew=0, ms=5, marker="o", color=look_of[name].colour)
-        middle = stats.estimate(counts)
+        middle = estimates.estimate(counts)
         if middle.n:
             bar = ([middle.value - middle.low], [middle.high - middle.value])
             axes.errorbar(middle.value, row, xerr=bar, color=INK, marker="|", ms=11, capsize=2, lw=1)

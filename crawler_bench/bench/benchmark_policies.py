@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.image import AxesImage
 from matplotlib.lines import Line2D
 
-from crawler_bench.bench import metrics, stats
+from crawler_bench.bench import metrics
 from crawler_bench.bench.benchmark_style import (
     SPEED_SCALE,
     grid,
@@ -35,6 +35,7 @@ from crawler_bench.bench.style import (
     strain_kymograph,
     tidy,
 )
+from crawler_bench.statistics import estimates
 
 PROBABILITY = LinearSegmentedColormap.from_list("probability", ["#ffffff", "#bfe3d3", "#4fa886", GREEN])
 TRAPPED = LinearSegmentedColormap.from_list("trapped", ["#ffffff", "#c9c9c9", "#4d4d4d"])
@@ -104,7 +105,7 @@ def _draw_mean(axes: Axes, tables: pd.DataFrame) -> AxesImage:
 
 def _title(pair: tuple[str, str], value: float, tables: pd.DataFrame, runs: pd.DataFrame) -> str:
     off = metrics.off_diagonal(_mean_table(tables))
-    speed = stats.estimate(runs["speed"].to_numpy(np.float64) * SPEED_SCALE).value
+    speed = estimates.estimate(runs["speed"].to_numpy(np.float64) * SPEED_SCALE).value
     seeds = tables["seed"].nunique()
     said = f"{short(pair[0])}\n{pair[1]}, ε = {value:g}, n = {seeds}\noff the diagonal {off:.2f}"
     return said + (f", speed {speed:.1f}" if np.isfinite(speed) else "")

@@ -8,7 +8,6 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from crawler_bench.bench import stats
 from crawler_bench.bench.benchmark_style import (
     REFERENCES,
     SPEED_LABEL,
@@ -21,6 +20,7 @@ from crawler_bench.bench.benchmark_style import (
 )
 from crawler_bench.bench.frames import MODES
 from crawler_bench.bench.style import BLUE, INK, ORANGE, Array, new_figure, tidy
+from crawler_bench.statistics import estimates
 
 MODE_LOOKS = {MODES[0]: (BLUE, "o"), MODES[1]: (ORANGE, "D")}
 _OTHER_MODE = ("#009E73", "s")
@@ -117,7 +117,7 @@ def _dots(axes: Axes, values: Array, row: float, mode: str) -> None:
     colour, marker = MODE_LOOKS.get(mode, _OTHER_MODE)
     shift = 0.13 * (np.arange(values.size) % 3 - 1)  # so that equal runs are told apart
     axes.plot(values, row + shift, ls="", marker=marker, ms=4.5, color=colour, alpha=0.5, mew=0)
-    middle = stats.estimate(values)
+    middle = estimates.estimate(values)
     if middle.n:
         bar = ([middle.value - middle.low], [middle.high - middle.value])
         axes.errorbar(middle.value, row, xerr=bar, color=INK, marker="|", ms=13, capsize=3, lw=1.2, zorder=3)

@@ -10,9 +10,9 @@ from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from crawler_bench.bench import stats
 from crawler_bench.bench.frames import MODES
 from crawler_bench.bench.style import BLUE, GREY, INK, RED, Array
+from crawler_bench.statistics import estimates
 
 SPEED_SCALE = 1e3  # speeds are drawn in 10^-3 L / tau_theta
 SPEED_LABEL = r"speed ($10^{-3}\,L/\tau_\theta$)"
@@ -109,7 +109,7 @@ def short(name: str, length: int = 24) -> str:
     return name if len(name) <= length else name[: length - 1] + "…"
 
 
-def band(axes: Axes, x: Array, estimates: Sequence[stats.Estimate], look: Mapping[str, object]) -> None:
+def band(axes: Axes, x: Array, estimates: Sequence[estimates.Estimate], look: Mapping[str, object]) -> None:
     """A line of estimates with the band of their intervals."""
     value, low, high = (
         np.array([getattr(each, part) for each in estimates]) for part in ("value", "low", "high")
@@ -122,7 +122,9 @@ def draw_references(axes: Axes, runs: pd.DataFrame, *, vertical: bool = False) -
     """Dashed lines at the speed of the agents that stand for not having learned, where there are any."""
     for name, (colour, dashes) in REFERENCES.items():
         speeds = runs.loc[runs["agent"] == name, "speed"].to_numpy(np.float64)
-        value = stats.interquartile_mean(speeds[np.isfinite(speeds)]) * SPEED_SCALE if speeds.size else np.nan
+        value = (
+            estimates.interquartile_mean(speeds[np.isfinite(speeds)]) * SPEED_SCALE if speeds.size else np.nan
+        )
         if np.isfinite(value):
             line = axes.axvline if vertical else axes.axhline
             line(float(value), color=colour, ls=dashes, lw=1.2, zorder=0.5, label=name)

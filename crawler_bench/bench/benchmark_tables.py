@@ -13,8 +13,8 @@ import pandas as pd
 from crawler_bench.bench.cells import cell, interval, short
 from crawler_bench.bench.frames import read_csv
 from crawler_bench.bench.latex import latex
-from crawler_bench.bench.stats import RESAMPLES
 from crawler_bench.bench.summary import metric
+from crawler_bench.statistics.estimates import RESAMPLES
 
 COMPARISON = (
     "speed", "cycle_duration", "noise_area", "stall_share", "off_diagonal", "decisions_to_final",

@@ -12,7 +12,7 @@ from enum import Enum
 import numpy as np
 import pandas as pd
 
-from crawler_bench.bench.stats import Estimate
+from crawler_bench.statistics.estimates import Estimate
 
 
 class Kind(Enum):

@@ -10,7 +10,6 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import BoundaryNorm
 from matplotlib.figure import Figure
 
-from crawler_bench.bench import stats
 from crawler_bench.bench.style import (
     EXPERIMENT_COLOURS,
     INK,
@@ -21,6 +20,7 @@ from crawler_bench.bench.style import (
     show_missing,
     tidy,
 )
+from crawler_bench.statistics import estimates
 
 SPEED_SCALE = 1e3  # speeds are drawn in 10^-3 L / tau_theta
 
@@ -102,7 +102,7 @@ def _draw_run_means(axes: Axes, cycles: pd.DataFrame, names: list[str]) -> None:
         of_runs, colour = np.sort(means[name].to_numpy()), EXPERIMENT_COLOURS[name]
         shift = 0.2 * (np.arange(of_runs.size) % 3 - 1)  # so that equal runs are told apart
         axes.plot(of_runs, row + shift, ls="", marker="o", ms=5, color=colour, alpha=0.5, mew=0)
-        mean = stats.estimate(of_runs, statistic=np.mean)
+        mean = estimates.estimate(of_runs, statistic=np.mean)
         bar = ([mean.value - mean.low], [mean.high - mean.value])
         axes.errorbar(mean.value, row, xerr=bar, color=INK, marker="|", ms=14, capsize=3, lw=1.2, zorder=3)
     axes.set(yticks=range(len(names)), yticklabels=names, ylim=(len(names) - 0.5, -0.5))
@@ -152,7 +152,7 @@ def _draw_speed(axes: Axes, name: str, table: pd.DataFrame) -> None:
     noise = table.index.to_numpy()
     if table.shape[1] > 1:
         axes.plot(noise, table.to_numpy(), color=colour, lw=0.5, alpha=0.25, ls=style)
-    means = [stats.estimate(row, statistic=np.mean) for row in table.to_numpy()]
+    means = [estimates.estimate(row, statistic=np.mean) for row in table.to_numpy()]
     axes.fill_between(noise, [m.low for m in means], [m.high for m in means], color=colour, alpha=0.2, lw=0)
     count = f"{table.shape[1]} run{'s' if table.shape[1] > 1 else ''}"
     label = f"random action ({count})" if name == "untrained" else f"{name} ({count})"

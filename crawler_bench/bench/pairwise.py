@@ -13,10 +13,10 @@ from scipy.stats import norm, permutation_test
 from statsmodels.stats.multitest import multipletests
 from statsmodels.stats.power import TTestPower
 
-from crawler_bench.bench import stats
 from crawler_bench.bench.curves import noise_curves
-from crawler_bench.bench.stats import Estimate
 from crawler_bench.bench.summary import GROUP, measure_runs, metric
+from crawler_bench.statistics import estimates
+from crawler_bench.statistics.estimates import Estimate
 
 Array = NDArray[np.float64]
 Key = tuple[str, str, float]  # agent, mode, regularization
@@ -67,7 +67,7 @@ def compare(runs: pd.DataFrame, evaluations: pd.DataFrame) -> pd.DataFrame:
         relative, relative_low, relative_high: excess of the first's interquartile mean over the second's;
         NaN where not all values of the second are above 0;
         improvement, improvement_low, improvement_high: probability that a run of the first has the larger
-        value (of a cycle duration the longer, not the better one), see `stats.improvement`;
+        value (of a cycle duration the longer, not the better one), see `estimates.improvement`;
         p, p_holm, p_fdr: two-sided paired permutation test, exact up to 13 seeds; Holm's correction over all
         pairs of the metric and regularization (the pairs of regularizations are a family of their own), and
         Benjamini and Hochberg's, because 10 seeds cannot bring Holm's below 0.05 in more than 25 pairs. They
@@ -113,9 +113,9 @@ def _pairs(keys: list[Key]) -> Iterator[tuple[Key, Key]]:
 def _compare(first: Array, second: Array) -> dict[str, object]:
     known = np.isfinite(first) & np.isfinite(second)
     a, b = first[known], second[known]
-    difference = stats.paired_difference(a, b)
-    relative = stats.relative_excess(a, b) if (b > 0).all() else stats.estimate([])
-    improvement = stats.improvement(a, b)
+    difference = estimates.paired_difference(a, b)
+    relative = estimates.relative_excess(a, b) if (b > 0).all() else estimates.estimate([])
+    improvement = estimates.improvement(a, b)
     return {
         "difference": difference.value, "low": difference.low, "high": difference.high, "n": difference.n,
         "degenerate": difference.n > 0 and difference.degenerate,
@@ -140,7 +140,7 @@ def permutation_p(first: Array, second: Array) -> float:
 
     found = permutation_test(
         (first, second), mean_difference, permutation_type="samples", vectorized=True,
-        n_resamples=stats.RESAMPLES, rng=np.random.default_rng(_SEED),
+        n_resamples=estimates.RESAMPLES, rng=np.random.default_rng(_SEED),
     )  # fmt: skip
     return float(found.pvalue)
 
@@ -177,13 +177,13 @@ def _cross(first: pd.DataFrame | None, second: pd.DataFrame | None) -> Crossing 
         return None
     first_is_slower = bool(a.iloc[:, 0].mean() < b.iloc[:, 0].mean())
     rising, falling = (a, b) if first_is_slower else (b, a)
-    noise, share = stats.crossover(a.columns.to_numpy(float), rising.to_numpy(), falling.to_numpy())
+    noise, share = estimates.crossover(a.columns.to_numpy(float), rising.to_numpy(), falling.to_numpy())
     crosses = math.isfinite(noise.value)
     return Crossing(noise, share, SIDES[0 if first_is_slower else 1] if crosses else "")
 
 
 def _describe(crossing: Crossing | None) -> dict[str, object]:
-    found = crossing or Crossing(stats.estimate([]), math.nan, "")
+    found = crossing or Crossing(estimates.estimate([]), math.nan, "")
     return {
         "crossover": found.noise.value, "crossover_low": found.noise.low,
         "crossover_high": found.noise.high, "crossover_share": found.share, "overtakes": found.overtakes,

@@ -8,10 +8,10 @@ from collections.abc import Callable
 import numpy as np
 import pandas as pd
 
-from crawler_bench.bench import stats
 from crawler_bench.bench.claims import Claim, Kind, Results
 from crawler_bench.bench.metrics import ORDERLY
-from crawler_bench.bench.stats import Estimate
+from crawler_bench.statistics import estimates
+from crawler_bench.statistics.estimates import Estimate
 
 LOW_NOISE, HIGH_NOISE = 0.025, 0.2  # amplitudes s that stand for the paper's "low" and "high"
 LOCAL = 2.0  # fewer segments than this contracted at a time, on average, make a localized wave
@@ -28,29 +28,29 @@ REG, UNREG, RANDOM, GRID = "regularized", "unregularized", "untrained", "alpha_g
 
 
 def _mean(experiment: str, column: str, factor: float = 1.0) -> Callable[[Results], Estimate]:
-    return lambda results: stats.estimate(results.of(experiment, column)).scaled(factor)
+    return lambda results: estimates.estimate(results.of(experiment, column)).scaled(factor)
 
 
 def _share(
     experiment: str, column: str, holds: Callable[[pd.Series], pd.Series]
 ) -> Callable[[Results], Estimate]:
-    return lambda results: stats.share(holds(results.of(experiment, column)))
+    return lambda results: estimates.share(holds(results.of(experiment, column)))
 
 
 def _more(first: str, second: str, column: str) -> Callable[[Results], Estimate]:
-    return lambda results: stats.paired_difference(*results.pair(first, second, column))
+    return lambda results: estimates.paired_difference(*results.pair(first, second, column))
 
 
 def _excess(column: str) -> Callable[[Results], Estimate]:
-    return lambda results: stats.relative_excess(*results.pair(UNREG, REG, column)).scaled(100)
+    return lambda results: estimates.relative_excess(*results.pair(UNREG, REG, column)).scaled(100)
 
 
 def _noise_difference(first: str, second: str, noise: float) -> Callable[[Results], Estimate]:
     def measure(results: Results) -> Estimate:
         a, b = (results.noisy_speed(name) for name in (first, second))
         if noise not in a or noise not in b:
-            return stats.estimate([])
-        return stats.paired_difference(*a[noise].align(b[noise], join="inner"))
+            return estimates.estimate([])
+        return estimates.paired_difference(*a[noise].align(b[noise], join="inner"))
 
     return measure
 
@@ -61,9 +61,9 @@ def _kept_speed(experiment: str) -> Callable[[Results], Estimate]:
     def measure(results: Results) -> Estimate:
         speeds = results.noisy_speed(experiment)
         if 0.0 not in speeds:
-            return stats.estimate([])
+            return estimates.estimate([])
         noisy = speeds[[s for s in speeds.columns if 0 < float(s) <= HIGH_NOISE]].mean(axis=1)
-        excess = stats.relative_excess(noisy, speeds[0.0])
+        excess = estimates.relative_excess(noisy, speeds[0.0])
         return Estimate(excess.value + 1, excess.low + 1, excess.high + 1, excess.n)
 
     return measure
@@ -72,37 +72,37 @@ def _kept_speed(experiment: str) -> Callable[[Results], Estimate]:
 def _lost_speed(results: Results) -> Estimate:
     speeds = results.noisy_speed(UNREG)
     if not {0.0, HIGH_NOISE} <= set(speeds.columns):
-        return stats.estimate([])
-    return stats.paired_difference(speeds[0.0], speeds[HIGH_NOISE])
+        return estimates.estimate([])
+    return estimates.paired_difference(speeds[0.0], speeds[HIGH_NOISE])
 
 
 def noise_crossover(results: Results) -> tuple[Estimate, float]:
     """Amplitude at which the regularized gait becomes the faster one; share of resamples in which it does."""
     a, b = results.noisy_speed(REG).align(results.noisy_speed(UNREG), join="inner")
-    return stats.crossover(a.columns.to_numpy(float), a.to_numpy(float), b.to_numpy(float))
+    return estimates.crossover(a.columns.to_numpy(float), a.to_numpy(float), b.to_numpy(float))
 
 
 def _crosses(results: Results) -> Estimate:
     a, b = results.noisy_speed(REG).align(results.noisy_speed(UNREG), join="inner")
     amplitudes = a.columns.to_numpy(float)
-    crossings = [stats.first_crossing(amplitudes, difference) for difference in (a - b).to_numpy(float)]
-    return stats.share(np.isfinite(crossings))
+    crossings = [estimates.first_crossing(amplitudes, difference) for difference in (a - b).to_numpy(float)]
+    return estimates.share(np.isfinite(crossings))
 
 
 def _on_diagonal(results: Results) -> Estimate:
     """Entries of the table on the diagonal, in percent."""
     distance, n = results.of(REG, "diagonal_distance"), results.of(REG, "observations")
-    return stats.estimate(100 * (1 - distance / n), statistic=np.mean)
+    return estimates.estimate(100 * (1 - distance / n), statistic=np.mean)
 
 
 def _observed_minus_ours(results: Results) -> Estimate:
-    ours = stats.estimate(results.of(REG, "speed")).scaled(SEGMENT_FIRST / TAU)
+    ours = estimates.estimate(results.of(REG, "speed")).scaled(SEGMENT_FIRST / TAU)
     return Estimate(45 - ours.value, 45 - ours.high, 45 - ours.low, ours.n)
 
 
 def _similar(results: Results) -> Estimate:
     grid = results.runs[results.runs["experiment"] == GRID]
-    return stats.share(grid["diagonal_distance"] <= SIMILAR)
+    return estimates.share(grid["diagonal_distance"] <= SIMILAR)
 
 
 BOTH = (REG, UNREG)

@@ -11,7 +11,7 @@ from crawler_bench.bench.paper_claims import find_claim
 from crawler_bench.bench.readings import Reading
 from crawler_bench.bench.readings_study import Scored
 from crawler_bench.bench.scoring import rank
-from crawler_bench.bench.stats import Estimate
+from crawler_bench.statistics.estimates import Estimate
 
 SHOWN = ["rank", "reading", "free", "score", "low", "high", "n", "within", "core_failures"]  # in short
 OF_RUNS = (

@@ -25,10 +25,10 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from crawler_bench.bench import stats
 from crawler_bench.bench.claims import Claim, Kind, Results
 from crawler_bench.bench.paper_claims import CLAIMS
-from crawler_bench.bench.stats import Estimate
+from crawler_bench.statistics import estimates
+from crawler_bench.statistics.estimates import Estimate
 
 Array = NDArray[np.float64]
 
@@ -127,7 +127,7 @@ class Score:
 
 def interval(resamples: Array) -> tuple[float, float]:
     """95 % percentile interval."""
-    tail = 50 * (1 - stats.CONFIDENCE)
+    tail = 50 * (1 - estimates.CONFIDENCE)
     low, high = np.percentile(resamples, [tail, 100 - tail])
     return float(low), float(high)
 
@@ -155,7 +155,7 @@ def score(results: Results, seeds: Sequence[int]) -> Score:
     rng = np.random.default_rng(_SEED)
     draws = np.sort(rng.integers(len(seeds), size=(RESAMPLES, len(seeds))), axis=1)
     different, back = np.unique(draws, axis=0, return_inverse=True)  # five runs have 126 resamples
-    with stats.without_intervals():
+    with estimates.without_intervals():
         totals = [_resampled_total(table.resampled(chosen), estimates) for chosen in different]
     distances = {claim.name: distance(claim, estimates[claim.name]) for claim in COUNTED}
     rows = [

@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from crawler_bench.bench import stats
 from crawler_bench.bench.curves import learning_decisions, noise_area, noise_curves
 from crawler_bench.bench.frames import LEARNER, RUN
 from crawler_bench.bench.metrics import ORDERLY
-from crawler_bench.bench.stats import Estimate
+from crawler_bench.statistics import estimates
+from crawler_bench.statistics.estimates import Estimate
 
 GROUP = RUN[:-1]  # what is summarized over seeds
 DIGITS = 12  # of a regret: where all runs of the best agree, their mean less each is 0, not 1e-19
@@ -29,9 +29,9 @@ class Statistic(Enum):
     def of(self, values: pd.Series) -> Estimate:
         """The statistic with its 95 % interval: BCa, of a share Wilson's."""
         if self is Statistic.SHARE:
-            return stats.share(values.to_numpy(bool))
-        return stats.estimate(
-            values.to_numpy(float), np.mean if self is Statistic.MEAN else stats.interquartile_mean
+            return estimates.share(values.to_numpy(bool))
+        return estimates.estimate(
+            values.to_numpy(float), np.mean if self is Statistic.MEAN else estimates.interquartile_mean
         )
 
 
@@ -129,7 +129,8 @@ def measure_runs(
         measured["decisions_to_final"] = float("nan")
     best = {
         regularization: max(
-            stats.interquartile_mean(rewards.to_numpy(float)) for _, rewards in rows.groupby(GROUP)["reward"]
+            estimates.interquartile_mean(rewards.to_numpy(float))
+            for _, rewards in rows.groupby(GROUP)["reward"]
         )
         for regularization, rows in runs.dropna(subset="reward").groupby("regularization")
     }

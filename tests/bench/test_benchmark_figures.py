@@ -7,10 +7,10 @@ import pytest
 from matplotlib.figure import Figure
 
 from crawler_bench.bench import benchmark_figures as figures
-from crawler_bench.bench import stats
 from crawler_bench.bench.benchmark_curves import temperature_places
 from crawler_bench.bench.benchmark_style import looks, short
 from crawler_bench.bench.record import Record
+from crawler_bench.statistics import estimates
 
 KEY = ["agent", "mode", "regularization", "seed"]
 USUAL = (("ppo", "deterministic"), ("ppo", "stochastic"), ("random", "stochastic"), ("wave", "deterministic"))

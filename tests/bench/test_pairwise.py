@@ -6,8 +6,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from crawler_bench.bench import stats
 from crawler_bench.bench.pairwise import COMPARED, compare, permutation_p, seeds_needed
+from crawler_bench.statistics import estimates
 from tests.bench.frames import NAN, evaluated, run, runs_of
 
 RNG = np.random.default_rng(3)
@@ -27,13 +27,13 @@ def pair(rows, metric="speed", first="a", second="b", speeds=None):
 def test_the_difference_is_first_minus_second(metric):
     column = "speed" if metric == "noise_area" else metric
     found = pair([*runs_of("a", column, SLOW + 1), *runs_of("b", column, OTHER)], metric)
-    wanted = stats.paired_difference(SLOW + 1, OTHER)
+    wanted = estimates.paired_difference(SLOW + 1, OTHER)
     assert found["difference"] == pytest.approx(wanted.value)
     assert (found["low"], found["high"]) == pytest.approx((wanted.low, wanted.high), rel=0.001)
     assert 0 < found["low"] < found["difference"] < found["high"]
     assert (found["n"], found["degenerate"]) == (10, False)
     assert found["improvement"] == 1
-    relative = stats.relative_excess(SLOW + 1, OTHER)
+    relative = estimates.relative_excess(SLOW + 1, OTHER)
     assert found["relative"] == pytest.approx(relative.value)
     turned = pair([*runs_of("a", column, OTHER), *runs_of("b", column, SLOW + 1)], metric)
     assert turned["difference"] == pytest.approx(-wanted.value)

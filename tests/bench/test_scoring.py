@@ -4,7 +4,6 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from crawler_bench.bench import stats
 from crawler_bench.bench.claims import Claim, Kind, Results
 from crawler_bench.bench.paper_claims import CLAIMS
 from crawler_bench.bench.scoring import (
@@ -21,7 +20,8 @@ from crawler_bench.bench.scoring import (
     score,
     total,
 )
-from crawler_bench.bench.stats import Estimate
+from crawler_bench.statistics import estimates
+from crawler_bench.statistics.estimates import Estimate
 
 NAN = float("nan")
 SEEDS = 5
@@ -83,7 +83,7 @@ def test_a_number_is_as_far_as_its_difference_in_tenths(ours, far):
 
 @pytest.mark.parametrize(("share", "far"), [(1, 0), (0.8, 0), (0.6, 1), (0.4, 2), (0, 4)])
 def test_a_share_is_as_far_as_it_falls_short_of_four_fifths(share, far):
-    ours = stats.share([True] * round(5 * share) + [False] * round(5 * (1 - share)))
+    ours = estimates.share([True] * round(5 * share) + [False] * round(5 * (1 - share)))
     assert distance(a_claim(Kind.SHARE, "yes"), ours) == far
 
 

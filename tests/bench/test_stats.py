@@ -8,8 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import stats as reference
 
-from crawler_bench.bench import stats
-from crawler_bench.bench.stats import Estimate
+from crawler_bench.statistics import estimates as stats
+from crawler_bench.statistics.estimates import Estimate
 
 NAN = float("nan")
 SKEWED = np.random.default_rng(5).exponential(size=20)

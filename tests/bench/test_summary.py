@@ -4,9 +4,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from crawler_bench.bench import stats
 from crawler_bench.bench.curves import decisions_to_final, noise_area, noise_curves
 from crawler_bench.bench.summary import METRICS, measure_runs, metric, summarize_benchmark
+from crawler_bench.statistics import estimates
 from tests.bench.frames import NAN, curve, evaluated, run, runs_of
 
 SPEEDS = [1.0, 2, 3, 4, 5, 6, 7, 100]
@@ -49,7 +49,7 @@ def test_a_row_a_cell_with_everything_in_it():
 )  # fmt: skip
 def test_interquartile_means_with_their_intervals(name, column):
     found = of(summarize(runs_of("a", column, SPEEDS)), name)
-    wanted = stats.estimate(SPEEDS)
+    wanted = estimates.estimate(SPEEDS)
     assert found["value"] == pytest.approx(4.5)  # of 3, 4, 5, 6
     assert (found["value"], found["low"], found["high"], found["n"]) == (
         wanted.value, wanted.low, wanted.high, 8,
@@ -65,7 +65,7 @@ def test_rare_stalls_are_not_trimmed_away():
 def test_a_share_of_runs_counts_runs_without_any_gait():
     """Wilson's interval; a wave from head to tail is none from tail to head, and NaN is no wave."""
     found = of(summarize(runs_of("a", "wave_order", [0.9, 0.7, 0.8, -0.9, 0.2, NAN])), "wave_share")
-    wanted = stats.share([True, True, True, False, False, False])
+    wanted = estimates.share([True, True, True, False, False, False])
     assert (found["value"], found["low"], found["high"], found["n"]) == (0.5, wanted.low, wanted.high, 6)
 
 
