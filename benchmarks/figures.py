@@ -3,7 +3,7 @@
 import pandas as pd
 from matplotlib.figure import Figure
 
-from crawler_bench.bench.style import BLUE, GREEN, GREY, ORANGE, RED, new_figure, tidy
+from crawler_bench.output.style import BLUE, GREEN, GREY, ORANGE, RED, new_figure, tidy
 
 COLOURS = {"step": BLUE, "exact": RED}
 NAMES = {"step": "in steps of dt", "exact": "from event to event"}

@@ -13,7 +13,8 @@ import pandas as pd
 import pytest
 
 from crawler_bench import cli
-from crawler_bench.bench import animation, figures, training
+from crawler_bench.bench import figures, training
+from crawler_bench.output import animation
 
 ROOT = Path(cli.__file__).parents[2]
 COMMANDS = [

@@ -24,7 +24,7 @@ from crawler_bench.bench.benchmark_style import (
     regularizations,
     short,
 )
-from crawler_bench.bench.style import INK, Array, new_figure, show_missing, tidy
+from crawler_bench.output.style import INK, Array, new_figure, show_missing, tidy
 from crawler_bench.statistics import estimates
 
 OVERTAKES = "from here on the strongest regularization is the faster one (shaded: 95 % interval)"

@@ -20,9 +20,9 @@ from crawler_bench.bench.benchmark_style import (
     short,
 )
 from crawler_bench.bench.frames import action_columns
-from crawler_bench.bench.kymographs import GAIT_DURATION
 from crawler_bench.bench.record import Record
-from crawler_bench.bench.style import (
+from crawler_bench.output.kymographs import GAIT_DURATION
+from crawler_bench.output.style import (
     GREEN,
     INK,
     ORANGE,

@@ -19,7 +19,7 @@ from crawler_bench.bench.benchmark_style import (
     short,
 )
 from crawler_bench.bench.frames import MODES
-from crawler_bench.bench.style import BLUE, INK, ORANGE, Array, new_figure, tidy
+from crawler_bench.output.style import BLUE, INK, ORANGE, Array, new_figure, tidy
 from crawler_bench.statistics import estimates
 
 MODE_LOOKS = {MODES[0]: (BLUE, "o"), MODES[1]: (ORANGE, "D")}

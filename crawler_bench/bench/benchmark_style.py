@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from crawler_bench.bench.frames import MODES
-from crawler_bench.bench.style import BLUE, GREY, INK, RED, Array
+from crawler_bench.output.style import BLUE, GREY, INK, RED, Array
 from crawler_bench.statistics import estimates
 
 SPEED_SCALE = 1e3  # speeds are drawn in 10^-3 L / tau_theta

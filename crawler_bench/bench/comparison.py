@@ -10,7 +10,7 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import BoundaryNorm
 from matplotlib.figure import Figure
 
-from crawler_bench.bench.style import (
+from crawler_bench.output.style import (
     EXPERIMENT_COLOURS,
     INK,
     NODES,

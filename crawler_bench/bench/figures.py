@@ -6,10 +6,10 @@ Only `save` writes files; no figure calls the simulator.
 from matplotlib.figure import Figure
 
 from crawler_bench.bench.comparison import cycle_durations, power_by_phase, speed_against_noise
-from crawler_bench.bench.kymographs import gait, untrained
 from crawler_bench.bench.schematic import fig_1a
-from crawler_bench.bench.style import save
 from crawler_bench.bench.wiring import learning, policies
+from crawler_bench.output.kymographs import gait, untrained
+from crawler_bench.output.style import save
 
 __all__ = [
     "Figure",

@@ -14,7 +14,7 @@ from crawler_bench.bench.open_fields import FIELDS, GIVEN, Field
 from crawler_bench.bench.readings import DEFAULT
 from crawler_bench.bench.readings_study import Scored
 from crawler_bench.bench.scoring import CAP, CORE, TOLERANCE, group_of
-from crawler_bench.bench.style import BLUE, GREEN, GREY, INK, ORANGE, RED, new_figure, tidy
+from crawler_bench.output.style import BLUE, GREEN, GREY, INK, ORANGE, RED, new_figure, tidy
 
 UNITS = {
     "tau_f": r"$\tau_f$ ($\tau_\theta$)",

@@ -7,9 +7,8 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from crawler_bench.bench import identifiability, readings_figures, store, style
+from crawler_bench.bench import identifiability, readings_figures, store
 from crawler_bench.bench.frames import DIGITS, write_csv
-from crawler_bench.bench.latex import latex
 from crawler_bench.bench.open_fields import FIELDS, GIVEN
 from crawler_bench.bench.readings import Reading
 from crawler_bench.bench.readings_decision import Study
@@ -17,6 +16,8 @@ from crawler_bench.bench.readings_frames import claims_of, read_reading, runs_of
 from crawler_bench.bench.readings_study import Laboratory, Scored
 from crawler_bench.bench.readings_tables import ranking, to_markdown
 from crawler_bench.bench.scoring import rescored
+from crawler_bench.output import style
+from crawler_bench.output.latex import latex
 
 CAPTION = "Readings of what the paper leaves open, by rank; variations of what it gives follow without one."
 

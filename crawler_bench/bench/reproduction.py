@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
-from crawler_bench.bench import animation, figures, metrics, store, tables
+from crawler_bench.bench import figures, metrics, store, tables
 from crawler_bench.bench.claims import Claim, Results, judge_claims
 from crawler_bench.bench.evaluation import Evaluation, read_evaluation
 from crawler_bench.bench.frames import write_csv
@@ -21,6 +21,7 @@ from crawler_bench.bench.rollout import rollout
 from crawler_bench.bench.sweep import Cell, Outcome, read_outcomes, run_cells
 from crawler_bench.bench.training import agent_file
 from crawler_bench.config.schema import Experiment
+from crawler_bench.output import animation
 
 GAITS = ("regularized", "unregularized")
 EXPERIMENTS = (*GAITS, "untrained", "alpha_gamma")

@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Ellipse, FancyArrowPatch, Rectangle
 
-from crawler_bench.bench.style import GREY, INK, new_figure
+from crawler_bench.output.style import GREY, INK, new_figure
 
 MUSCLE, NEURON, GROUND = "#e7559c", "#f0b429", "#c9b99a"
 SPRING_HEIGHT, DAMPER_HEIGHT, MUSCLE_HEIGHT, NEURON_HEIGHT = 0.28, -0.28, 0.95, 2.0

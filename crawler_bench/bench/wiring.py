@@ -13,7 +13,7 @@ from matplotlib.patches import Patch, Rectangle
 from numpy.typing import NDArray
 from scipy.stats import rankdata
 
-from crawler_bench.bench.style import (
+from crawler_bench.output.style import (
     EXPERIMENT_COLOURS,
     GREEN,
     INK,

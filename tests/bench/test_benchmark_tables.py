@@ -10,9 +10,9 @@ import pytest
 
 from crawler_bench.bench import benchmark_tables, tables
 from crawler_bench.bench.frames import write_csv
-from crawler_bench.bench.latex import latex
 from crawler_bench.bench.pairwise import compare
 from crawler_bench.bench.summary import summarize_benchmark
+from crawler_bench.output.latex import latex
 from tests.bench.frames import NAN, evaluated, runs_of
 
 FAST = [0.0061, 0.0062, 0.0064, 0.0065, 0.0069]

@@ -5,7 +5,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from crawler_bench.bench.record import Record
-from crawler_bench.bench.style import (
+from crawler_bench.output.style import (
     FORCE_LABEL,
     GREY,
     INK,

@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from crawler_bench.bench.record import Record
-from crawler_bench.bench.style import CONTRACTION, STRAIN_LABEL, TIME_LABEL, colour_bar, strain_kymograph
 from crawler_bench.envs.rendering import EARTH, EARTH_INK, INK, SKIN, WHITE, draw_crawler
+from crawler_bench.output.style import CONTRACTION, STRAIN_LABEL, TIME_LABEL, colour_bar, strain_kymograph
 
 Picture = NDArray[np.uint8]
 
