@@ -10,7 +10,6 @@ from matplotlib.figure import Figure
 from matplotlib.image import AxesImage
 from matplotlib.lines import Line2D
 
-from crawler_bench.bench import metrics
 from crawler_bench.bench.benchmark_style import (
     SPEED_SCALE,
     grid,
@@ -20,7 +19,8 @@ from crawler_bench.bench.benchmark_style import (
     short,
 )
 from crawler_bench.bench.frames import action_columns
-from crawler_bench.bench.record import Record
+from crawler_bench.gait import metrics
+from crawler_bench.gait.record import Record
 from crawler_bench.output.kymographs import GAIT_DURATION
 from crawler_bench.output.style import (
     GREEN,

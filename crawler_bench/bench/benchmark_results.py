@@ -18,7 +18,6 @@ from crawler_bench.bench.evaluation import read_evaluation
 from crawler_bench.bench.frames import RUN, action_columns, read_csv, rounded, write_csv
 from crawler_bench.bench.pairwise import compare
 from crawler_bench.bench.policy_files import Policy, write_policy
-from crawler_bench.bench.record import Record
 from crawler_bench.bench.remake import Hasher
 from crawler_bench.bench.softening import (
     absorptions,
@@ -31,6 +30,7 @@ from crawler_bench.bench.summary import summarize_benchmark
 from crawler_bench.bench.sweep import Outcome
 from crawler_bench.bench.training import agent_file
 from crawler_bench.config.schema import Experiment, to_yaml
+from crawler_bench.gait.record import Record
 
 Array = NDArray[np.float64]
 

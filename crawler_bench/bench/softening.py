@@ -24,11 +24,11 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from crawler_bench.bench import metrics
 from crawler_bench.bench.frames import LEARNER, MODES, action_columns
-from crawler_bench.bench.record import Record
-from crawler_bench.bench.rollout import rollout
 from crawler_bench.config.schema import EvaluationConfig
+from crawler_bench.gait import metrics
+from crawler_bench.gait.record import Record
+from crawler_bench.gait.rollout import rollout
 from crawler_bench.physics.parameters import CrawlerParameters
 
 Array = NDArray[np.float64]

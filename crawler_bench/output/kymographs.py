@@ -4,7 +4,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from crawler_bench.bench.record import Record
+from crawler_bench.gait.record import Record
 from crawler_bench.output.style import (
     FORCE_LABEL,
     GREY,

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from crawler_bench.bench import benchmark_figures as figures
 from crawler_bench.bench.benchmark_curves import temperature_places
 from crawler_bench.bench.benchmark_style import looks, short
-from crawler_bench.bench.record import Record
+from crawler_bench.gait.record import Record
 from crawler_bench.statistics import estimates
 
 KEY = ["agent", "mode", "regularization", "seed"]

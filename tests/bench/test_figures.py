@@ -10,8 +10,8 @@ from matplotlib.figure import Figure
 from PIL import Image
 
 from crawler_bench.bench import figures
-from crawler_bench.bench.record import Record
 from crawler_bench.envs.rendering import contraction_colour
+from crawler_bench.gait.record import Record
 from crawler_bench.output.animation import GIF, animate
 from crawler_bench.output.style import BLUE, CONTRACTION, RED
 

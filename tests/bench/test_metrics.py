@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from crawler_bench.bench import metrics
-from crawler_bench.bench.record import Record
+from crawler_bench.gait import metrics
+from crawler_bench.gait.record import Record
 
 INTERVAL = 0.25  # a power of two: sums of it are exact
 DWELL = 4  # samples for which a travelling wave stays on one segment

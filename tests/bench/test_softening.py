@@ -4,9 +4,10 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from crawler_bench.bench import metrics, softening
-from crawler_bench.bench.rollout import rollout
+from crawler_bench.bench import softening
 from crawler_bench.config.schema import EvaluationConfig
+from crawler_bench.gait import metrics
+from crawler_bench.gait.rollout import rollout
 from crawler_bench.physics.parameters import CrawlerParameters
 
 N = 10

@@ -10,7 +10,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from crawler_bench.bench.record import Record
+from crawler_bench.gait.record import Record
 
 Array = NDArray[np.float64]
 

@@ -7,9 +7,9 @@ every agent is rolled out by one compiled loop.
 import numpy as np
 from numpy.typing import NDArray
 
-from crawler_bench.bench.record import Record
 from crawler_bench.envs.randomness import State, live_state, random
 from crawler_bench.envs.transition import Packed, begin, decide, make_task, report
+from crawler_bench.gait.record import Record
 from crawler_bench.physics.compilation import kernel
 from crawler_bench.physics.layout import DISPLACEMENT, FORCE, POWER, VELOCITY, Memory, make_memory
 from crawler_bench.physics.parameters import CrawlerParameters
