@@ -17,8 +17,8 @@ import torch
 from benchmarks import counts, environments, figures, learning, physics, scaling
 from benchmarks.measure import FULL, QUICK, Effort, Row
 from crawler_bench.bench.frames import write_csv
-from crawler_bench.bench.store import write_manifest
 from crawler_bench.output.style import save
+from crawler_bench.runs.store import write_manifest
 
 PAIRS = (
     physics.against_solve, physics.exact_against_solve,

@@ -70,7 +70,7 @@ def one_line_errors() -> Iterator[None]:
     except (OSError, ValueError, RuntimeError) as error:
         if os.environ.get("CRAWLER_BENCH_DEBUG"):
             raise
-        from crawler_bench.bench.store import explain
+        from crawler_bench.runs.store import explain
 
         _complain(explain(error))
         sys.exit(1)

@@ -86,7 +86,7 @@ def test_shared_policies_are_evaluated_and_filmed(compared, tmp_path):
 
 
 def test_repeated_it_runs_nothing_again(compared, monkeypatch):
-    monkeypatch.setattr("crawler_bench.bench.training.make_agent", None)
+    monkeypatch.setattr("crawler_bench.runs.training.make_agent", None)
     before = (compared / "out" / "runs.csv").read_bytes()
     assert benchmark(compared, "--only", "wave", "--only", "qlearning").exit_code == 0
     assert (compared / "out" / "runs.csv").read_bytes() == before

@@ -13,10 +13,10 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from crawler_bench.bench.evaluation import read_evaluation
 from crawler_bench.bench.frames import LEARNER, MODES, RUN, action_columns
-from crawler_bench.bench.sweep import Cell, Outcome, read_outcomes, run_cells
 from crawler_bench.config.schema import ConfigError, Experiment, override
+from crawler_bench.runs.evaluation import read_evaluation
+from crawler_bench.runs.sweep import Cell, Outcome, read_outcomes, run_cells
 
 REGULARIZATION = "environment.regularization"
 WINDOWS = 64  # of a learning curve; fewer where fewer points were recorded

@@ -11,13 +11,11 @@ import pandas as pd
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from crawler_bench.bench import benchmark_figures, figures, store
+from crawler_bench.bench import benchmark_figures, figures
 from crawler_bench.bench.benchmark import Benchmark
 from crawler_bench.bench.benchmark_tables import cost_sentence, write_tables
-from crawler_bench.bench.evaluation import read_evaluation
 from crawler_bench.bench.frames import RUN, action_columns, read_csv, rounded, write_csv
 from crawler_bench.bench.pairwise import compare
-from crawler_bench.bench.policy_files import Policy, write_policy
 from crawler_bench.bench.remake import Hasher
 from crawler_bench.bench.softening import (
     absorptions,
@@ -27,10 +25,13 @@ from crawler_bench.bench.softening import (
     traps,
 )
 from crawler_bench.bench.summary import summarize_benchmark
-from crawler_bench.bench.sweep import Outcome
-from crawler_bench.bench.training import agent_file
 from crawler_bench.config.schema import Experiment, to_yaml
 from crawler_bench.gait.record import Record
+from crawler_bench.runs import store
+from crawler_bench.runs.evaluation import read_evaluation
+from crawler_bench.runs.policy_files import Policy, write_policy
+from crawler_bench.runs.sweep import Outcome
+from crawler_bench.runs.training import agent_file
 
 Array = NDArray[np.float64]
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from crawler_bench.bench import identifiability, readings_figures, store
+from crawler_bench.bench import identifiability, readings_figures
 from crawler_bench.bench.frames import DIGITS, write_csv
 from crawler_bench.bench.open_fields import FIELDS, GIVEN
 from crawler_bench.bench.readings import Reading
@@ -18,6 +18,7 @@ from crawler_bench.bench.readings_tables import ranking, to_markdown
 from crawler_bench.bench.scoring import rescored
 from crawler_bench.output import style
 from crawler_bench.output.latex import latex
+from crawler_bench.runs import store
 
 CAPTION = "Readings of what the paper leaves open, by rank; variations of what it gives follow without one."
 

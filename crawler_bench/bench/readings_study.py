@@ -11,8 +11,8 @@ from joblib import Parallel, delayed
 from crawler_bench.bench.claims import Results
 from crawler_bench.bench.readings import Reading, values_of
 from crawler_bench.bench.scoring import Score, score
-from crawler_bench.bench.sweep import Cell, Outcome, read_outcomes, run_cells
 from crawler_bench.config.schema import RunConfig
+from crawler_bench.runs.sweep import Cell, Outcome, read_outcomes, run_cells
 
 EXPERIMENTS = ("regularized", "unregularized", "untrained")
 REGULARIZED, UNREGULARIZED = EXPERIMENTS[:2]
@@ -27,7 +27,7 @@ class Scored:
         values: dotted key: value of its regularized run.
         free: names of its free constants.
         score: how it fares.
-        runs: a row a run, as `crawler_bench.bench.sweep.read_outcomes` gives them, with its speed at each
+        runs: a row a run, as `crawler_bench.runs.sweep.read_outcomes` gives them, with its speed at each
             amplitude of noise.
         errors: what went wrong, a line a failed run.
     """

@@ -17,11 +17,11 @@ import pandas as pd
 
 from crawler_bench.bench.benchmark import in_mode, learning_curves, measured
 from crawler_bench.bench.frames import RUN, read_csv, rounded
-from crawler_bench.bench.store import NotARunError
 from crawler_bench.bench.summary import summarize_benchmark
-from crawler_bench.bench.sweep import Cell, run_cells
 from crawler_bench.config.files import load_experiment
 from crawler_bench.config.schema import Experiment, RunConfig, override, to_mapping
+from crawler_bench.runs.store import NotARunError
+from crawler_bench.runs.sweep import Cell, run_cells
 
 WHOLE_RUN = "run"  # in place of a metric
 

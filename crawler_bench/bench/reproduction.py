@@ -11,18 +11,19 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
-from crawler_bench.bench import figures, store, tables
+from crawler_bench.bench import figures, tables
 from crawler_bench.bench.claims import Claim, Results, judge_claims
-from crawler_bench.bench.evaluation import Evaluation, read_evaluation
 from crawler_bench.bench.frames import write_csv
 from crawler_bench.bench.paper_claims import CLAIMS, noise_crossover
-from crawler_bench.bench.sweep import Cell, Outcome, read_outcomes, run_cells
-from crawler_bench.bench.training import agent_file
 from crawler_bench.config.schema import Experiment
 from crawler_bench.gait import metrics
 from crawler_bench.gait.record import Record
 from crawler_bench.gait.rollout import rollout
 from crawler_bench.output import animation
+from crawler_bench.runs import store
+from crawler_bench.runs.evaluation import Evaluation, read_evaluation
+from crawler_bench.runs.sweep import Cell, Outcome, read_outcomes, run_cells
+from crawler_bench.runs.training import agent_file
 
 GAITS = ("regularized", "unregularized")
 EXPERIMENTS = (*GAITS, "untrained", "alpha_gamma")

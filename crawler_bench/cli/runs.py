@@ -17,7 +17,7 @@ from crawler_bench.cli.options import (
 from crawler_bench.console import console, notes, print_frame, teller
 
 if TYPE_CHECKING:
-    from crawler_bench.bench.sweep import Measured
+    from crawler_bench.runs.sweep import Measured
 
 
 def train(
@@ -30,9 +30,9 @@ def train(
     quiet: Quiet = False,
 ) -> None:
     """Train one agent, once for each seed; prints the run folders."""
-    from crawler_bench.bench.training import train as train_run
     from crawler_bench.config.files import load_experiment, parse_assignments
     from crawler_bench.config.schema import RunConfig, override, parse_seeds
+    from crawler_bench.runs.training import train as train_run
 
     if seeds and seed:
         raise ValueError("--seed and --seeds say the same thing: give one of them")
@@ -55,8 +55,8 @@ def evaluate(
     ] = None,
 ) -> None:
     """Measure trained runs or shared policies: policy table, speed, cycle duration, speed against noise."""
-    from crawler_bench.bench import sweep
     from crawler_bench.bench.frames import write_csv
+    from crawler_bench.runs import sweep
 
     overrides = evaluation_overrides(set_)
     runs, evaluations, cycles = sweep.tabulate([_measure(path, overrides) for path in run])
@@ -96,9 +96,9 @@ def _measure(path: Path, overrides: dict[str, Any]) -> "Measured":
     """Evaluate a run folder, which keeps its evaluations, or a policy file."""
     import pandas as pd
 
-    from crawler_bench.bench import evaluation, policy_files, store
-    from crawler_bench.bench.sweep import Measured, label
     from crawler_bench.config.schema import override
+    from crawler_bench.runs import evaluation, policy_files, store
+    from crawler_bench.runs.sweep import Measured, label
 
     if path.suffix in (".json", ".zip"):
         policy = policy_files.read_policy(path)

@@ -6,13 +6,13 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from crawler_bench.bench import evaluation, policy_files, store
 from crawler_bench.bench.benchmark import require_comparable, run_benchmark
 from crawler_bench.bench.benchmark_results import write_benchmark
 from crawler_bench.bench.frames import RUN, read_csv, rounded
 from crawler_bench.bench.remake import Hasher, remake
 from crawler_bench.bench.summary import METRICS, summarize_benchmark
 from crawler_bench.config.schema import ConfigError, Experiment, RunConfig, override
+from crawler_bench.runs import evaluation, policy_files, store
 
 SHORT = {
     "starts": 2, "warm_up": 5, "duration": 40, "settle": 20, "gait": 60, "evaluation.noise": [0, 0.1, 0.4],
@@ -183,7 +183,7 @@ def test_a_cell_that_was_changed_is_found_out(made, tmp_path):
 
 def test_finished_runs_are_not_run_again_and_give_the_same(made, tmp_path, monkeypatch):
     root, _ = made
-    monkeypatch.setattr("crawler_bench.bench.training.make_agent", None)
+    monkeypatch.setattr("crawler_bench.runs.training.make_agent", None)
     found = run_benchmark(ENTRIES, root / "runs", jobs=1, quiet=True)
     write_benchmark(found, ENTRIES, tmp_path / "out", say=lambda text: None)
     for path in (root / "out").glob("*.csv"):

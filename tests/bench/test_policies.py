@@ -7,13 +7,13 @@ from agents.dqn import DQN
 from agents.ppo import PPO
 from agents.qlearning import QLearning
 from agents.reference import Random, Wave
-from crawler_bench.bench.policies import DRAWS, action_table, believed_policy
 from crawler_bench.config.schema import ConfigError
 from crawler_bench.envs.crawler import CrawlerEnv
 from crawler_bench.envs.sb3 import CrawlerVecEnv
 from crawler_bench.gait.metrics import speed
 from crawler_bench.gait.rollout import rollout
 from crawler_bench.physics.parameters import CrawlerParameters
+from crawler_bench.runs.policy_table import DRAWS, action_table, believed_policy
 
 N = 10
 

@@ -6,11 +6,11 @@ import pytest
 from scipy.stats import chisquare
 
 import crawler_bench
-from crawler_bench.bench.policies import action_table
 from crawler_bench.gait import rollout as module
 from crawler_bench.gait.rollout import rollout
 from crawler_bench.physics.layout import DISPLACEMENT, FORCE, STRAIN, VELOCITY
 from crawler_bench.physics.parameters import CrawlerParameters
+from crawler_bench.runs.policy_table import action_table
 
 N = 10
 FIVE = CrawlerParameters(n_segments=5)

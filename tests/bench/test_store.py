@@ -10,10 +10,10 @@ from pathlib import Path
 
 import pytest
 
-from crawler_bench.bench import store
 from crawler_bench.config.schema import EnvironmentConfig, EvaluationConfig, RunConfig
 from crawler_bench.physics import compilation
 from crawler_bench.physics.parameters import CHOICES, CrawlerParameters
+from crawler_bench.runs import store
 
 ROOT = Path(compilation.__file__).parents[2]
 RUN = RunConfig(agent="agents.reference:Random")
@@ -189,7 +189,7 @@ def test_what_is_not_a_run(tmp_path):
 
 CRAWL = """
 import crawler_bench.physics
-from crawler_bench.bench.store import training_key
+from crawler_bench.runs.store import training_key
 from crawler_bench.config.schema import RunConfig
 from crawler_bench.physics.coefficients import coefficients
 from crawler_bench.physics.crawler import advance

@@ -11,9 +11,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from crawler_bench.bench import evaluation, store, training
-from crawler_bench.bench.sweep import Cell, read_outcomes, run_cells
 from crawler_bench.config.schema import RunConfig, override
+from crawler_bench.runs import evaluation, store, training
+from crawler_bench.runs.sweep import Cell, read_outcomes, run_cells
 
 ROOT = Path(store.__file__).parents[2]
 SHORT = {"starts": 2, "warm_up": 5, "duration": 40, "settle": 5, "evaluation.noise": [0, 0.1]}

@@ -6,10 +6,10 @@ import pandas as pd
 import pytest
 import yaml
 
-from crawler_bench.bench import training
-from crawler_bench.bench.tuning import tune
 from crawler_bench.config.files import config_folder, load_experiment, load_tuning
 from crawler_bench.config.schema import ConfigError, Tuning
+from crawler_bench.runs import training
+from crawler_bench.runs.tuning import tune
 
 RESULTS = Path(__file__).parents[2] / "results" / "tuning"
 SEARCH = """

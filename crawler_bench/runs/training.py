@@ -10,10 +10,10 @@ import numpy as np
 import pandas as pd
 
 import crawler_bench
-from crawler_bench.bench import store
-from crawler_bench.bench.policies import believed_policy
 from crawler_bench.config.schema import ConfigError, RunConfig, import_agent, nearest
 from crawler_bench.gait.metrics import policy_text
+from crawler_bench.runs import store
+from crawler_bench.runs.policy_table import believed_policy
 
 CURVE_INTERVAL = 1000  # decisions between two points of the learning curve
 SNAPSHOTS = 80  # of the table of values, along the run

@@ -12,8 +12,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from crawler_bench.bench.store import NotARunError
 from crawler_bench.config.schema import RunConfig, to_mapping
+from crawler_bench.runs.store import NotARunError
 
 LARGEST = 500_000  # bytes of a network's archive that is still shared
 

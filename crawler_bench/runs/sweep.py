@@ -18,11 +18,11 @@ from rich.progress import (
     TimeRemainingColumn,
 )
 
-from crawler_bench.bench import store
-from crawler_bench.bench.evaluation import Evaluation, evaluate, read_evaluation
-from crawler_bench.bench.training import train
 from crawler_bench.config.schema import ConfigError, RunConfig
 from crawler_bench.gait import metrics
+from crawler_bench.runs import store
+from crawler_bench.runs.evaluation import Evaluation, evaluate, read_evaluation
+from crawler_bench.runs.training import train
 
 
 @dataclass(frozen=True)

@@ -9,13 +9,13 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from crawler_bench.bench import store
-from crawler_bench.bench.policies import action_table
-from crawler_bench.bench.training import agent_file, load_class, make_env
 from crawler_bench.config.schema import EvaluationConfig, RunConfig
 from crawler_bench.gait import metrics
 from crawler_bench.gait.record import Record
 from crawler_bench.gait.rollout import rollout
+from crawler_bench.runs import store
+from crawler_bench.runs.policy_table import action_table
+from crawler_bench.runs.training import agent_file, load_class, make_env
 
 
 @dataclass(frozen=True)

@@ -12,8 +12,8 @@ from typing import Any
 import optuna
 import pandas as pd
 
-from crawler_bench.bench.sweep import Cell, read_outcomes, run_cells
 from crawler_bench.config.schema import Range, RunConfig, Tuning, override
+from crawler_bench.runs.sweep import Cell, read_outcomes, run_cells
 
 SAMPLER_SEED = 2020
 STARTUP_TRIALS = 4  # drawn at random before the sampler learns from what it saw
