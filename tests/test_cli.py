@@ -13,8 +13,8 @@ import pandas as pd
 import pytest
 
 from crawler_bench import cli
-from crawler_bench.bench import figures
 from crawler_bench.output import animation
+from crawler_bench.paper import figures
 from crawler_bench.runs import training
 
 ROOT = Path(cli.__file__).parents[2]

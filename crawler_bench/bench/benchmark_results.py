@@ -11,7 +11,7 @@ import pandas as pd
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from crawler_bench.bench import benchmark_figures, figures
+from crawler_bench.bench import benchmark_figures
 from crawler_bench.bench.benchmark import Benchmark
 from crawler_bench.bench.benchmark_tables import cost_sentence, write_tables
 from crawler_bench.bench.frames import RUN, action_columns, read_csv, rounded, write_csv
@@ -27,6 +27,7 @@ from crawler_bench.bench.softening import (
 from crawler_bench.bench.summary import summarize_benchmark
 from crawler_bench.config.schema import Experiment, to_yaml
 from crawler_bench.gait.record import Record
+from crawler_bench.paper import figures
 from crawler_bench.runs import store
 from crawler_bench.runs.evaluation import read_evaluation
 from crawler_bench.runs.policy_files import Policy, write_policy

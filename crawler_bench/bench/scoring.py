@@ -25,8 +25,8 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from crawler_bench.bench.claims import Claim, Kind, Results
-from crawler_bench.bench.paper_claims import CLAIMS
+from crawler_bench.paper.claims import CLAIMS
+from crawler_bench.paper.verdicts import Claim, Kind, Results
 from crawler_bench.statistics import estimates
 from crawler_bench.statistics.estimates import Estimate
 

@@ -15,11 +15,11 @@ from pathlib import Path
 import pandas as pd
 
 from crawler_bench.bench import benchmark_tables, performance, readings_tables
-from crawler_bench.bench.claims import Verdict
 from crawler_bench.config.files import config_folder, load_experiment
 from crawler_bench.config.schema import EnvironmentConfig, EvaluationConfig
 from crawler_bench.output.cells import interval as interval
 from crawler_bench.output.cells import short as short
+from crawler_bench.paper.verdicts import Verdict
 from crawler_bench.physics.parameters import CrawlerParameters
 
 SIGNS = {Verdict.REPRODUCED.value: "✔", Verdict.PARTLY.value: "◐", Verdict.NOT.value: "✘"}

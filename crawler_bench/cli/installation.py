@@ -9,8 +9,8 @@ from crawler_bench.console import console
 def list_() -> None:
     """List agents, environments, experiments and claims."""
     import crawler_bench
-    from crawler_bench.bench.paper_claims import CLAIMS
     from crawler_bench.config.files import config_folder
+    from crawler_bench.paper.claims import CLAIMS
 
     agents = agents_package()
     console.print("[bold]agents[/]")

@@ -42,8 +42,8 @@ def reproduce(
 
     Interrupted, the same command goes on from the runs that were finished.
     """
-    from crawler_bench.bench import reproduction
-    from crawler_bench.bench.paper_claims import CLAIMS, find_claim
+    from crawler_bench.paper import reproduction
+    from crawler_bench.paper.claims import CLAIMS, find_claim
 
     claims = tuple(find_claim(name) for name in claim) if claim else CLAIMS
     # Other seeds or settings are another experiment: they do not replace the committed results.

@@ -77,8 +77,8 @@ def render(
     quiet: Quiet = False,
 ) -> None:
     """Film the gait of a trained run (GIF, MP4) and draw its positions, strains and forces (PNG, SVG)."""
-    from crawler_bench.bench import figures
     from crawler_bench.output import animation
+    from crawler_bench.paper import figures
 
     measured = _measure(run, evaluation_overrides(set_))
     say = teller(quiet)

@@ -48,7 +48,7 @@ def save(figure: Figure, folder: Path, name: str) -> None:
     """Write name.png (150 dpi) and name.svg; the same figure gives the same bytes.
 
     Args:
-        figure: what one of the functions of `crawler_bench.bench.figures` returned.
+        figure: what one of the functions of `crawler_bench.paper.figures` returned.
         folder: where; made if missing.
         name: of the files, without suffix.
     """

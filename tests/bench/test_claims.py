@@ -4,8 +4,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from crawler_bench.bench.claims import Claim, Kind, Results, Verdict, judge, judge_claims
-from crawler_bench.bench.paper_claims import CLAIMS, find_claim, noise_crossover
+from crawler_bench.paper.claims import CLAIMS, find_claim, noise_crossover
+from crawler_bench.paper.verdicts import Claim, Kind, Results, Verdict, judge, judge_claims
 from crawler_bench.statistics.estimates import Estimate
 
 REPRODUCED, PARTLY, NOT = Verdict.REPRODUCED, Verdict.PARTLY, Verdict.NOT

@@ -9,11 +9,11 @@ import pytest
 from matplotlib.figure import Figure
 from PIL import Image
 
-from crawler_bench.bench import figures
 from crawler_bench.envs.rendering import contraction_colour
 from crawler_bench.gait.record import Record
 from crawler_bench.output.animation import GIF, animate
 from crawler_bench.output.style import BLUE, CONTRACTION, RED
+from crawler_bench.paper import figures
 
 NAMES = ("regularized", "unregularized")
 

@@ -8,7 +8,6 @@ import pandas as pd
 import pytest
 
 from crawler_bench.bench import identifiability, readings_tables, tables
-from crawler_bench.bench.claims import Results
 from crawler_bench.bench.open_fields import FIELDS, GIVEN, NO_LIMIT, REGULARIZATION
 from crawler_bench.bench.readings import DEFAULT, LITERAL, Reading, find_reading, readings, values_of
 from crawler_bench.bench.readings_decision import Study, is_rival
@@ -19,6 +18,7 @@ from crawler_bench.bench.readings_study import Laboratory, Scored
 from crawler_bench.bench.scoring import RESAMPLES, Score
 from crawler_bench.config.files import config_folder, load_experiment
 from crawler_bench.config.schema import RunConfig
+from crawler_bench.paper.verdicts import Results
 from tests.bench.test_scoring import PLANTED, plant, score
 
 ALL = readings()

@@ -4,8 +4,6 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from crawler_bench.bench.claims import Claim, Kind, Results
-from crawler_bench.bench.paper_claims import CLAIMS
 from crawler_bench.bench.scoring import (
     CAP,
     CORE,
@@ -20,6 +18,8 @@ from crawler_bench.bench.scoring import (
     score,
     total,
 )
+from crawler_bench.paper.claims import CLAIMS
+from crawler_bench.paper.verdicts import Claim, Kind, Results
 from crawler_bench.statistics import estimates
 from crawler_bench.statistics.estimates import Estimate
 

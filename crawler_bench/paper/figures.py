@@ -5,11 +5,11 @@ Only `save` writes files; no figure calls the simulator.
 
 from matplotlib.figure import Figure
 
-from crawler_bench.bench.comparison import cycle_durations, power_by_phase, speed_against_noise
-from crawler_bench.bench.schematic import fig_1a
-from crawler_bench.bench.wiring import learning, policies
 from crawler_bench.output.kymographs import gait, untrained
 from crawler_bench.output.style import save
+from crawler_bench.paper.figure_1 import fig_1a
+from crawler_bench.paper.figure_2 import learning, policies
+from crawler_bench.paper.figure_3 import cycle_durations, power_by_phase, speed_against_noise
 
 __all__ = [
     "Figure",

@@ -11,15 +11,16 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
-from crawler_bench.bench import figures, tables
-from crawler_bench.bench.claims import Claim, Results, judge_claims
+from crawler_bench.bench import tables
 from crawler_bench.bench.frames import write_csv
-from crawler_bench.bench.paper_claims import CLAIMS, noise_crossover
 from crawler_bench.config.schema import Experiment
 from crawler_bench.gait import metrics
 from crawler_bench.gait.record import Record
 from crawler_bench.gait.rollout import rollout
 from crawler_bench.output import animation
+from crawler_bench.paper import figures
+from crawler_bench.paper.claims import CLAIMS, noise_crossover
+from crawler_bench.paper.verdicts import Claim, Results, judge_claims
 from crawler_bench.runs import store
 from crawler_bench.runs.evaluation import Evaluation, read_evaluation
 from crawler_bench.runs.sweep import Cell, Outcome, read_outcomes, run_cells

@@ -8,8 +8,8 @@ from collections.abc import Callable
 import numpy as np
 import pandas as pd
 
-from crawler_bench.bench.claims import Claim, Kind, Results
 from crawler_bench.gait.metrics import ORDERLY
+from crawler_bench.paper.verdicts import Claim, Kind, Results
 from crawler_bench.statistics import estimates
 from crawler_bench.statistics.estimates import Estimate
 
