@@ -16,7 +16,7 @@ import torch
 
 from benchmarks import counts, environments, figures, learning, physics, scaling
 from benchmarks.measure import FULL, QUICK, Effort, Row
-from crawler_bench.bench.frames import write_csv
+from crawler_bench.benchmark.keys import write_csv
 from crawler_bench.output.style import save
 from crawler_bench.runs.store import write_manifest
 

@@ -18,7 +18,7 @@ from crawler_bench.bench.benchmark_style import (
     regularizations,
     short,
 )
-from crawler_bench.bench.frames import action_columns
+from crawler_bench.benchmark.keys import action_columns
 from crawler_bench.gait import metrics
 from crawler_bench.gait.record import Record
 from crawler_bench.output.kymographs import GAIT_DURATION
@@ -133,7 +133,7 @@ def trap_matrix(shares: Array) -> Figure:
     """Which pairs of an observation and an action stop the body.
 
     Args:
-        shares: (N, N) of `crawler_bench.bench.softening.traps`.
+        shares: (N, N) of `crawler_bench.benchmark.temperature.traps`.
     """
     figure = new_figure(6.2, 6, "Traps: which neuron, held, stops the body where it is")
     axes = figure.add_subplot()

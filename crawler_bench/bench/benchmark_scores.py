@@ -18,7 +18,7 @@ from crawler_bench.bench.benchmark_style import (
     regularizations,
     short,
 )
-from crawler_bench.bench.frames import MODES
+from crawler_bench.benchmark.keys import MODES
 from crawler_bench.output.style import BLUE, INK, ORANGE, Array, new_figure, tidy
 from crawler_bench.statistics import estimates
 

@@ -10,7 +10,7 @@ from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from crawler_bench.bench.frames import MODES
+from crawler_bench.benchmark.keys import MODES
 from crawler_bench.output.style import BLUE, GREY, INK, RED, Array
 from crawler_bench.statistics import estimates
 

@@ -8,7 +8,6 @@ import numpy as np
 import pandas as pd
 
 from crawler_bench.bench import identifiability, readings_figures
-from crawler_bench.bench.frames import DIGITS, write_csv
 from crawler_bench.bench.open_fields import FIELDS, GIVEN
 from crawler_bench.bench.readings import Reading
 from crawler_bench.bench.readings_decision import Study
@@ -16,6 +15,7 @@ from crawler_bench.bench.readings_frames import claims_of, read_reading, runs_of
 from crawler_bench.bench.readings_study import Laboratory, Scored
 from crawler_bench.bench.readings_tables import ranking, to_markdown
 from crawler_bench.bench.scoring import rescored
+from crawler_bench.benchmark.keys import DIGITS, write_csv
 from crawler_bench.output import style
 from crawler_bench.output.latex import latex
 from crawler_bench.runs import store

@@ -14,7 +14,8 @@ from pathlib import Path
 
 import pandas as pd
 
-from crawler_bench.bench import benchmark_tables, performance, readings_tables
+from crawler_bench.bench import performance, readings_tables
+from crawler_bench.benchmark import tables
 from crawler_bench.config.files import config_folder, load_experiment
 from crawler_bench.config.schema import EnvironmentConfig, EvaluationConfig
 from crawler_bench.output.cells import interval as interval
@@ -99,7 +100,7 @@ def blocks(results: Path) -> dict[str, Callable[[], str]]:
         "parameters": parameters_table,
         **performance.blocks(results.parent / "performance", short),
         **readings_tables.blocks(results.parent / "readings"),
-        **benchmark_tables.blocks(results.parent / "benchmark"),
+        **tables.blocks(results.parent / "benchmark"),
     }
 
 

@@ -53,8 +53,8 @@ def benchmark(
 
     Interrupted, the same command goes on from the runs that were finished.
     """
-    from crawler_bench.bench.benchmark import run_benchmark
-    from crawler_bench.bench.benchmark_results import overview, write_benchmark
+    from crawler_bench.benchmark.benchmark import run_benchmark
+    from crawler_bench.benchmark.results import overview, write_benchmark
 
     entries = _entries(preset, only or [], agent or [], seeds, set_ or [])
     changed = "-changed" if seeds or set_ or agent or only else "" if preset is Preset.full else "-smoke"
@@ -81,7 +81,7 @@ def reproduce_cell(
     quiet: Quiet = False,
 ) -> None:
     """Make one cell of the tables anew and say: equal, within its interval, or different."""
-    from crawler_bench.bench.remake import remake
+    from crawler_bench.benchmark.reproduce_cell import remake
 
     made = remake(results, hash_, jobs=jobs, quiet=quiet)
     print_frame(made)
@@ -102,7 +102,7 @@ def tune(
     quiet: Quiet = False,
 ) -> None:
     """Search an agent's settings with Optuna; interrupted, the same command goes on."""
-    from crawler_bench.bench.frames import write_csv
+    from crawler_bench.benchmark.keys import write_csv
     from crawler_bench.config.files import config_folder, load_tuning, parse_assignments
     from crawler_bench.config.schema import to_yaml
     from crawler_bench.runs.tuning import tune as search
@@ -122,7 +122,7 @@ def _entries(
     preset: Preset, only: list[str], added: list[str], seeds: str | None, set_: list[str]
 ) -> "list[Experiment]":
     """What is compared: configs/bench, or part of it, and what the user adds; sized by the preset."""
-    from crawler_bench.bench.benchmark import require_comparable
+    from crawler_bench.benchmark.benchmark import require_comparable
     from crawler_bench.config.files import (
         config_folder,
         load_entry,

@@ -12,7 +12,7 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 from crawler_bench.bench import tables
-from crawler_bench.bench.frames import write_csv
+from crawler_bench.benchmark.keys import write_csv
 from crawler_bench.config.schema import Experiment
 from crawler_bench.gait import metrics
 from crawler_bench.gait.record import Record

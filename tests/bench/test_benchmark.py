@@ -6,11 +6,11 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from crawler_bench.bench.benchmark import require_comparable, run_benchmark
-from crawler_bench.bench.benchmark_results import write_benchmark
-from crawler_bench.bench.frames import RUN, read_csv, rounded
-from crawler_bench.bench.remake import Hasher, remake
-from crawler_bench.bench.summary import METRICS, summarize_benchmark
+from crawler_bench.benchmark.benchmark import require_comparable, run_benchmark
+from crawler_bench.benchmark.keys import RUN, read_csv, rounded
+from crawler_bench.benchmark.reproduce_cell import Hasher, remake
+from crawler_bench.benchmark.results import write_benchmark
+from crawler_bench.benchmark.summary import METRICS, summarize_benchmark
 from crawler_bench.config.schema import ConfigError, Experiment, RunConfig, override
 from crawler_bench.runs import evaluation, policy_files, store
 

@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from crawler_bench.bench.pairwise import COMPARED, compare, permutation_p, seeds_needed
+from crawler_bench.benchmark.pairwise import COMPARED, compare, permutation_p, seeds_needed
 from crawler_bench.statistics import estimates
 from tests.bench.frames import NAN, evaluated, run, runs_of
 

@@ -4,8 +4,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from crawler_bench.bench.curves import decisions_to_final, noise_area, noise_curves
-from crawler_bench.bench.summary import METRICS, measure_runs, metric, summarize_benchmark
+from crawler_bench.benchmark.curves import decisions_to_final, noise_area, noise_curves
+from crawler_bench.benchmark.summary import METRICS, measure_runs, metric, summarize_benchmark
 from crawler_bench.statistics import estimates
 from tests.bench.frames import NAN, curve, evaluated, run, runs_of
 

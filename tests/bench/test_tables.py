@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 
 from crawler_bench.bench import tables
-from crawler_bench.bench.frames import write_csv
+from crawler_bench.benchmark.keys import write_csv
 from crawler_bench.config.schema import EnvironmentConfig, EvaluationConfig
 from crawler_bench.physics.parameters import CrawlerParameters
 

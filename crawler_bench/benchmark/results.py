@@ -12,19 +12,19 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from crawler_bench.bench import benchmark_figures
-from crawler_bench.bench.benchmark import Benchmark
-from crawler_bench.bench.benchmark_tables import cost_sentence, write_tables
-from crawler_bench.bench.frames import RUN, action_columns, read_csv, rounded, write_csv
-from crawler_bench.bench.pairwise import compare
-from crawler_bench.bench.remake import Hasher
-from crawler_bench.bench.softening import (
+from crawler_bench.benchmark.benchmark import Benchmark
+from crawler_bench.benchmark.keys import RUN, action_columns, read_csv, rounded, write_csv
+from crawler_bench.benchmark.pairwise import compare
+from crawler_bench.benchmark.reproduce_cell import Hasher
+from crawler_bench.benchmark.summary import summarize_benchmark
+from crawler_bench.benchmark.tables import cost_sentence, write_tables
+from crawler_bench.benchmark.temperature import (
     absorptions,
     escapes,
     speed_against_temperature,
     stuck_observations,
     traps,
 )
-from crawler_bench.bench.summary import summarize_benchmark
 from crawler_bench.config.schema import Experiment, to_yaml
 from crawler_bench.gait.record import Record
 from crawler_bench.paper import figures

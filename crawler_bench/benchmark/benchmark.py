@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from crawler_bench.bench.frames import LEARNER, MODES, RUN, action_columns
+from crawler_bench.benchmark.keys import LEARNER, MODES, RUN, action_columns
 from crawler_bench.config.schema import ConfigError, Experiment, override
 from crawler_bench.runs.evaluation import read_evaluation
 from crawler_bench.runs.sweep import Cell, Outcome, read_outcomes, run_cells

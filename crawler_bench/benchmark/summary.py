@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from crawler_bench.bench.curves import learning_decisions, noise_area, noise_curves
-from crawler_bench.bench.frames import LEARNER, RUN
+from crawler_bench.benchmark.curves import learning_decisions, noise_area, noise_curves
+from crawler_bench.benchmark.keys import LEARNER, RUN
 from crawler_bench.gait.metrics import ORDERLY
 from crawler_bench.statistics import estimates
 from crawler_bench.statistics.estimates import Estimate

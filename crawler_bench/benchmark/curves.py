@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from crawler_bench.bench.frames import LEARNER, RUN
+from crawler_bench.benchmark.keys import LEARNER, RUN
 
 Array = NDArray[np.float64]
 

@@ -13,8 +13,8 @@ from scipy.stats import norm, permutation_test
 from statsmodels.stats.multitest import multipletests
 from statsmodels.stats.power import TTestPower
 
-from crawler_bench.bench.curves import noise_curves
-from crawler_bench.bench.summary import GROUP, measure_runs, metric
+from crawler_bench.benchmark.curves import noise_curves
+from crawler_bench.benchmark.summary import GROUP, measure_runs, metric
 from crawler_bench.statistics import estimates
 from crawler_bench.statistics.estimates import Estimate
 

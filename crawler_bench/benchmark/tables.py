@@ -10,8 +10,8 @@ from typing import Any
 
 import pandas as pd
 
-from crawler_bench.bench.frames import read_csv
-from crawler_bench.bench.summary import metric
+from crawler_bench.benchmark.keys import read_csv
+from crawler_bench.benchmark.summary import metric
 from crawler_bench.output.cells import cell, interval, short
 from crawler_bench.output.latex import latex
 from crawler_bench.statistics.estimates import RESAMPLES
