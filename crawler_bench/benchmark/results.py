@@ -11,8 +11,8 @@ import pandas as pd
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from crawler_bench.bench import benchmark_figures
 from crawler_bench.benchmark.benchmark import Benchmark
+from crawler_bench.benchmark.figures import every
 from crawler_bench.benchmark.keys import RUN, action_columns, read_csv, rounded, write_csv
 from crawler_bench.benchmark.pairwise import compare
 from crawler_bench.benchmark.reproduce_cell import Hasher
@@ -201,14 +201,14 @@ def _figures(
             gaits[f"{agent}, {mode}"] = read_evaluation(outcome.evaluation).gait
     agents = list(dict.fromkeys(found.runs["agent"]))  # so that each keeps its colour in every figure
     return {
-        "speeds": benchmark_figures.speeds(found.runs),
-        "cycle_durations": benchmark_figures.cycle_durations(found.cycles, found.runs),
-        "noise": benchmark_figures.noise_curves(found.evaluations),
-        "learning_curves": benchmark_figures.learning_curves(found.curves, found.runs, agents),
-        "policies": benchmark_figures.policy_matrices(found.tables, found.runs),
-        "gaits": benchmark_figures.gaits(gaits),
-        "softening": benchmark_figures.softening(explained["softening"], explained["stuck"], agents),
-        "traps": benchmark_figures.trap_matrix(shares),
+        "speeds": every.speeds(found.runs),
+        "cycle_durations": every.cycle_durations(found.cycles, found.runs),
+        "noise": every.noise_curves(found.evaluations),
+        "learning_curves": every.learning_curves(found.curves, found.runs, agents),
+        "policies": every.policy_matrices(found.tables, found.runs),
+        "gaits": every.gaits(gaits),
+        "softening": every.softening(explained["softening"], explained["stuck"], agents),
+        "traps": every.trap_matrix(shares),
     }
 
 

@@ -6,9 +6,9 @@ import pandas as pd
 import pytest
 from matplotlib.figure import Figure
 
-from crawler_bench.bench import benchmark_figures as figures
-from crawler_bench.bench.benchmark_curves import temperature_places
-from crawler_bench.bench.benchmark_style import looks, short
+from crawler_bench.benchmark.figures import every as figures
+from crawler_bench.benchmark.figures.curves import temperature_places
+from crawler_bench.benchmark.figures.looks import looks, short
 from crawler_bench.gait.record import Record
 from crawler_bench.statistics import estimates
 

@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from crawler_bench.bench.benchmark_style import (
+from crawler_bench.benchmark.figures.looks import (
     REFERENCES,
     SPEED_LABEL,
     SPEED_SCALE,

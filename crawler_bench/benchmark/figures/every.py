@@ -3,9 +3,9 @@
 Only `save` writes files; no figure calls the simulator.
 """
 
-from crawler_bench.bench.benchmark_curves import learning_curves, noise_curves, softening
-from crawler_bench.bench.benchmark_policies import gaits, policy_matrices, trap_matrix
-from crawler_bench.bench.benchmark_scores import cycle_durations, speeds
+from crawler_bench.benchmark.figures.curves import learning_curves, noise_curves, softening
+from crawler_bench.benchmark.figures.policies import gaits, policy_matrices, trap_matrix
+from crawler_bench.benchmark.figures.scores import cycle_durations, speeds
 from crawler_bench.output.style import save
 
 __all__ = [

@@ -7,7 +7,7 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from crawler_bench.bench.benchmark_style import (
+from crawler_bench.benchmark.figures.looks import (
     REFERENCES,
     SPEED_LABEL,
     SPEED_SCALE,

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.image import AxesImage
 from matplotlib.lines import Line2D
 
-from crawler_bench.bench.benchmark_style import (
+from crawler_bench.benchmark.figures.looks import (
     SPEED_SCALE,
     grid,
     label_bottom,
