@@ -3,9 +3,9 @@
 import pytest
 from typer.testing import CliRunner
 
-from crawler_bench.bench.readings_results import read_readings
 from crawler_bench.cli import app
 from crawler_bench.cli.options import require_ours
+from crawler_bench.readings.results import read_readings
 
 
 def test_help_names_what_it_does():

@@ -14,7 +14,7 @@ from pathlib import Path
 
 import pandas as pd
 
-from crawler_bench.bench import performance, readings_tables
+from crawler_bench.bench import performance
 from crawler_bench.benchmark import tables
 from crawler_bench.config.files import config_folder, load_experiment
 from crawler_bench.config.schema import EnvironmentConfig, EvaluationConfig
@@ -22,6 +22,7 @@ from crawler_bench.output.cells import interval as interval
 from crawler_bench.output.cells import short as short
 from crawler_bench.paper.verdicts import Verdict
 from crawler_bench.physics.parameters import CrawlerParameters
+from crawler_bench.readings import tables
 
 SIGNS = {Verdict.REPRODUCED.value: "✔", Verdict.PARTLY.value: "◐", Verdict.NOT.value: "✘"}
 
@@ -99,7 +100,7 @@ def blocks(results: Path) -> dict[str, Callable[[], str]]:
         "runs": lambda: runs_table(pd.read_csv(results / "runs.csv", dtype={"policy": str})),
         "parameters": parameters_table,
         **performance.blocks(results.parent / "performance", short),
-        **readings_tables.blocks(results.parent / "readings"),
+        **tables.blocks(results.parent / "readings"),
         **tables.blocks(results.parent / "benchmark"),
     }
 

@@ -11,8 +11,8 @@ from crawler_bench.cli.options import RUNS, Jobs, Preset, Quiet, Runs, agent_spe
 from crawler_bench.console import console, print_frame, teller
 
 if TYPE_CHECKING:
-    from crawler_bench.bench.readings_presets import Size
-    from crawler_bench.bench.readings_study import Laboratory
+    from crawler_bench.readings.laboratory import Laboratory
+    from crawler_bench.readings.sizes import Size
 
 
 def readings(
@@ -36,7 +36,7 @@ def readings(
 
     Interrupted, the same command goes on from the runs that were finished.
     """
-    from crawler_bench.bench.readings_presets import FULL, SMOKE
+    from crawler_bench.readings.sizes import FULL, SMOKE
 
     size = SMOKE if preset is Preset.smoke else FULL
     folder = out or Path("results") / ("readings-smoke" if size is SMOKE else "readings")
@@ -50,8 +50,8 @@ def readings(
 
 
 def _laboratory(size: "Size", runs: Path, jobs: int, quiet: bool) -> "Laboratory":
-    from crawler_bench.bench.readings_study import EXPERIMENTS, Laboratory
     from crawler_bench.config.files import config_folder, load_experiment
+    from crawler_bench.readings.laboratory import EXPERIMENTS, Laboratory
 
     bases = {}
     for name in EXPERIMENTS:
@@ -61,7 +61,7 @@ def _laboratory(size: "Size", runs: Path, jobs: int, quiet: bool) -> "Laboratory
 
 
 def _check(laboratory: "Laboratory", size: "Size", folder: Path, number: int) -> None:
-    from crawler_bench.bench.readings_results import check
+    from crawler_bench.readings.results import check
 
     again = check(laboratory, folder, size.seeds, number)
     print_frame(again)
@@ -70,9 +70,9 @@ def _check(laboratory: "Laboratory", size: "Size", folder: Path, number: int) ->
 
 
 def _print_only(laboratory: "Laboratory", size: "Size", folder: Path, names: list[str]) -> None:
-    from crawler_bench.bench.readings import find_reading, readings
-    from crawler_bench.bench.readings_frames import SHOWN, summarize
-    from crawler_bench.bench.readings_results import read_readings
+    from crawler_bench.readings.catalogue import find_reading, readings
+    from crawler_bench.readings.frames import SHOWN, summarize
+    from crawler_bench.readings.results import read_readings
 
     known = {each.name: each for each in (*read_readings(folder), *readings())}
     scored = laboratory.run([find_reading(name, tuple(known.values())) for name in names], size.seeds)
@@ -83,10 +83,10 @@ def _print_only(laboratory: "Laboratory", size: "Size", folder: Path, names: lis
 
 
 def _study(laboratory: "Laboratory", size: "Size", folder: Path) -> None:
-    from crawler_bench.bench.readings_decision import conduct
-    from crawler_bench.bench.readings_frames import SHOWN
-    from crawler_bench.bench.readings_presets import SMOKE
-    from crawler_bench.bench.readings_results import write
+    from crawler_bench.readings.frames import SHOWN
+    from crawler_bench.readings.results import write
+    from crawler_bench.readings.sizes import SMOKE
+    from crawler_bench.readings.study import conduct
 
     started = time.time()
     require_ours(folder, "readings", "readings.csv")

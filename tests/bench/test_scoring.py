@@ -4,7 +4,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from crawler_bench.bench.scoring import (
+from crawler_bench.paper.claims import CLAIMS
+from crawler_bench.paper.verdicts import Claim, Kind, Results
+from crawler_bench.readings.scoring import (
     CAP,
     CORE,
     COUNTED,
@@ -18,8 +20,6 @@ from crawler_bench.bench.scoring import (
     score,
     total,
 )
-from crawler_bench.paper.claims import CLAIMS
-from crawler_bench.paper.verdicts import Claim, Kind, Results
 from crawler_bench.statistics import estimates
 from crawler_bench.statistics.estimates import Estimate
 

@@ -8,8 +8,8 @@ from collections.abc import Sequence
 
 import optuna
 
-from crawler_bench.bench.readings import Reading
-from crawler_bench.bench.readings_study import Laboratory, Scored
+from crawler_bench.readings.catalogue import Reading
+from crawler_bench.readings.laboratory import Laboratory, Scored
 
 BATCH = 4
 _SEED = 20201122

@@ -7,17 +7,17 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from crawler_bench.bench import identifiability, readings_figures
-from crawler_bench.bench.open_fields import FIELDS, GIVEN
-from crawler_bench.bench.readings import Reading
-from crawler_bench.bench.readings_decision import Study
-from crawler_bench.bench.readings_frames import claims_of, read_reading, runs_of, summarize
-from crawler_bench.bench.readings_study import Laboratory, Scored
-from crawler_bench.bench.readings_tables import ranking, to_markdown
-from crawler_bench.bench.scoring import rescored
 from crawler_bench.benchmark.keys import DIGITS, write_csv
 from crawler_bench.output import style
 from crawler_bench.output.latex import latex
+from crawler_bench.readings import figures, identifiability
+from crawler_bench.readings.catalogue import Reading
+from crawler_bench.readings.fields import FIELDS, GIVEN
+from crawler_bench.readings.frames import claims_of, read_reading, runs_of, summarize
+from crawler_bench.readings.laboratory import Laboratory, Scored
+from crawler_bench.readings.scoring import rescored
+from crawler_bench.readings.study import Study
+from crawler_bench.readings.tables import ranking, to_markdown
 from crawler_bench.runs import store
 
 CAPTION = "Readings of what the paper leaves open, by rank; variations of what it gives follow without one."
@@ -52,7 +52,7 @@ def write(study: Study, folder: Path, started: float, say: Callable[[str], None]
         (draft / "readings.tex").write_text(latex(plain, CAPTION, "tab:readings", long=True))
         (draft / "indistinct.txt").write_text(_indistinct(study.scored) + "\n")
         say("drawing the figures")
-        for name, figure in readings_figures.all_figures(study.scored).items():
+        for name, figure in figures.all_figures(study.scored).items():
             style.save(figure, draft, name)
         store.write_command(draft)
         store.write_manifest(

@@ -6,12 +6,12 @@ import numpy as np
 import pandas as pd
 from scipy import stats as scipy_stats
 
-from crawler_bench.bench.open_fields import FIELDS, GIVEN, REGULARIZATION, Field, word
-from crawler_bench.bench.readings import DEFAULT
-from crawler_bench.bench.readings_study import REGULARIZED, UNREGULARIZED, Scored, noisy_speed
-from crawler_bench.bench.scoring import GROUPS, TOLERANCE, Score
 from crawler_bench.gait.metrics import ORDERLY
 from crawler_bench.paper.claims import LOCAL
+from crawler_bench.readings.catalogue import DEFAULT
+from crawler_bench.readings.fields import FIELDS, GIVEN, REGULARIZATION, Field, word
+from crawler_bench.readings.laboratory import REGULARIZED, UNREGULARIZED, Scored, noisy_speed
+from crawler_bench.readings.scoring import GROUPS, TOLERANCE, Score
 from crawler_bench.statistics import estimates as stats
 
 MOVES = 1.0  # tolerances by which a group's distance changes along a profile that says something

@@ -9,12 +9,12 @@ from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from crawler_bench.bench.identifiability import ends, group_distances, profile, value_word
-from crawler_bench.bench.open_fields import FIELDS, GIVEN, Field
-from crawler_bench.bench.readings import DEFAULT
-from crawler_bench.bench.readings_study import Scored
-from crawler_bench.bench.scoring import CAP, CORE, TOLERANCE, group_of
 from crawler_bench.output.style import BLUE, GREEN, GREY, INK, ORANGE, RED, new_figure, tidy
+from crawler_bench.readings.catalogue import DEFAULT
+from crawler_bench.readings.fields import FIELDS, GIVEN, Field
+from crawler_bench.readings.identifiability import ends, group_distances, profile, value_word
+from crawler_bench.readings.laboratory import Scored
+from crawler_bench.readings.scoring import CAP, CORE, TOLERANCE, group_of
 
 UNITS = {
     "tau_f": r"$\tau_f$ ($\tau_\theta$)",
@@ -160,7 +160,7 @@ def conclusion(shares: pd.DataFrame) -> Figure:
     """Share of regularized runs that end as the paper says, against what the paper does give.
 
     Args:
-        shares: what `crawler_bench.bench.identifiability.ends` returns.
+        shares: what `crawler_bench.readings.identifiability.ends` returns.
     """
     figure = new_figure(10.5, 6.8, "Does the paper's conclusion depend on what it gives?")
     panels = figure.subplots(2, 2, sharey=True)

@@ -2,8 +2,8 @@
 
 from dataclasses import dataclass
 
-from crawler_bench.bench.readings import Reading, readings
 from crawler_bench.config.schema import RunConfig, override
+from crawler_bench.readings.catalogue import Reading, readings
 
 SMOKE_READINGS = ("default", "literal", "tau_f=1", "regularization=0.05")
 

@@ -6,10 +6,10 @@ from pathlib import Path
 
 import pandas as pd
 
-from crawler_bench.bench.readings import DEFAULT
-from crawler_bench.bench.scoring import GROUPS, SHARE_FULL
 from crawler_bench.output.cells import short
 from crawler_bench.paper.verdicts import Verdict
+from crawler_bench.readings.catalogue import DEFAULT
+from crawler_bench.readings.scoring import GROUPS, SHARE_FULL
 
 HEAD = 12  # readings of the ranking that the documentation shows, beside the named ones
 MOST_MOVED = 5  # groups of claims that the table of fields names

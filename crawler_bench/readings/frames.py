@@ -5,12 +5,12 @@ from collections.abc import Sequence
 
 import pandas as pd
 
-from crawler_bench.bench.open_fields import FIELDS, GIVEN
-from crawler_bench.bench.readings import Reading
-from crawler_bench.bench.readings_study import Scored
-from crawler_bench.bench.scoring import rank
 from crawler_bench.paper.claims import find_claim
 from crawler_bench.paper.verdicts import judge
+from crawler_bench.readings.catalogue import Reading
+from crawler_bench.readings.fields import FIELDS, GIVEN
+from crawler_bench.readings.laboratory import Scored
+from crawler_bench.readings.scoring import rank
 from crawler_bench.statistics.estimates import Estimate
 
 SHOWN = ["rank", "reading", "free", "score", "low", "high", "n", "within", "core_failures"]  # in short

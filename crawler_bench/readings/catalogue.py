@@ -1,6 +1,6 @@
 """Every reading that is tried: the default with some values changed, and why.
 
-A reading is a value for every field of `crawler_bench.bench.open_fields`. The literal reading takes the
+A reading is a value for every field of `crawler_bench.readings.fields`. The literal reading takes the
 equations as they are printed; the repairs lead from there to the default, one change after another.
 """
 
@@ -8,7 +8,8 @@ import itertools
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from crawler_bench.bench.open_fields import (
+from crawler_bench.config.schema import EnvironmentConfig, RunConfig, nearest, override, to_mapping
+from crawler_bench.readings.fields import (
     FIELDS,
     GIVEN,
     NO_LIMIT,
@@ -18,7 +19,6 @@ from crawler_bench.bench.open_fields import (
     Value,
     word,
 )
-from crawler_bench.config.schema import EnvironmentConfig, RunConfig, nearest, override, to_mapping
 
 
 @dataclass(frozen=True)

@@ -11,13 +11,13 @@ from dataclasses import dataclass
 
 import pandas as pd
 
-from crawler_bench.bench.readings import DEFAULT, Reading
-from crawler_bench.bench.readings_frames import summarize
-from crawler_bench.bench.readings_presets import Size
-from crawler_bench.bench.readings_search import RANGES, search
-from crawler_bench.bench.readings_study import Laboratory, Scored
 from crawler_bench.paper.claims import find_claim
 from crawler_bench.paper.verdicts import Results
+from crawler_bench.readings.catalogue import DEFAULT, Reading
+from crawler_bench.readings.frames import summarize
+from crawler_bench.readings.laboratory import Laboratory, Scored
+from crawler_bench.readings.search import RANGES, search
+from crawler_bench.readings.sizes import Size
 
 CANDIDATES = 4  # readings that are tried again on fresh seeds, beside the default
 

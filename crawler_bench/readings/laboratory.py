@@ -8,10 +8,10 @@ from pathlib import Path
 import pandas as pd
 from joblib import Parallel, delayed
 
-from crawler_bench.bench.readings import Reading, values_of
-from crawler_bench.bench.scoring import Score, score
 from crawler_bench.config.schema import RunConfig
 from crawler_bench.paper.verdicts import Results
+from crawler_bench.readings.catalogue import Reading, values_of
+from crawler_bench.readings.scoring import Score, score
 from crawler_bench.runs.sweep import Cell, Outcome, read_outcomes, run_cells
 
 EXPERIMENTS = ("regularized", "unregularized", "untrained")
