@@ -26,7 +26,7 @@ def _wide_console() -> Console:
 
 def print_claims(claims: "pd.DataFrame") -> None:
     """Print claims with their verdicts, and how many fare how."""
-    from crawler_bench.bench.tables import interval, short, verdict_counts
+    from crawler_bench.report.blocks import interval, short, verdict_counts
 
     wide = _wide_console()
     table = Table("claim", "paper", "ours", "95 % interval", "n", "verdict")
@@ -40,7 +40,7 @@ def print_claims(claims: "pd.DataFrame") -> None:
 
 def print_frame(frame: "pd.DataFrame") -> None:
     """Print a frame as a table, numbers in short."""
-    from crawler_bench.bench.tables import short
+    from crawler_bench.report.blocks import short
 
     wide = _wide_console()
     table = Table(*map(str, frame.columns))

@@ -13,9 +13,9 @@ import pytest
 
 from benchmarks.loops import solve_tridiagonal
 from benchmarks.measure import summarize
-from crawler_bench.bench import performance, tables
+from crawler_bench.report import blocks, speed
 
-ROOT = Path(tables.__file__).parents[2]
+ROOT = Path(blocks.__file__).parents[2]
 COLUMNS = {
     "ratios": ["what", "peer", "unit", "per_second", "peer_per_second", "ratio", "ratio_min", "ratio_max",
                "repeats", "goal", "note"],
@@ -108,15 +108,15 @@ def test_figures_and_manifest_are_there(folder: Path) -> None:
 
 
 def test_the_documentation_is_made_of_it(folder: Path) -> None:
-    made = tables.blocks(folder.parent / "paper")
+    made = blocks.blocks(folder.parent / "paper")
     for name in [name for name in made if name.startswith("performance")]:
         assert made[name]().startswith("| ")
     assert all(what in made["performance"]() for what, _ in GOALS)
 
 
 def test_without_results_the_documentation_says_so(tmp_path: Path) -> None:
-    made = performance.blocks(tmp_path, tables.short)
-    assert {block() for block in made.values()} == {performance.NOT_MEASURED}
+    made = speed.blocks(tmp_path, blocks.short)
+    assert {block() for block in made.values()} == {speed.NOT_MEASURED}
 
 
 def test_the_solver_that_is_the_peer_solves() -> None:

@@ -11,7 +11,6 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
-from crawler_bench.bench import tables
 from crawler_bench.benchmark.keys import write_csv
 from crawler_bench.config.schema import Experiment
 from crawler_bench.gait import metrics
@@ -21,6 +20,7 @@ from crawler_bench.output import animation
 from crawler_bench.paper import figures
 from crawler_bench.paper.claims import CLAIMS, noise_crossover
 from crawler_bench.paper.verdicts import Claim, Results, judge_claims
+from crawler_bench.report import blocks
 from crawler_bench.runs import store
 from crawler_bench.runs.evaluation import Evaluation, read_evaluation
 from crawler_bench.runs.sweep import Cell, Outcome, read_outcomes, run_cells
@@ -98,7 +98,7 @@ def _write_all(
     started = time.time()
     claims = found.claims(options=options)
     write_csv(claims, folder / "claims.csv")
-    (folder / "claims.md").write_text(f"{tables.verdict_counts(claims)}\n\n{tables.claims_table(claims)}\n")
+    (folder / "claims.md").write_text(f"{blocks.verdict_counts(claims)}\n\n{blocks.claims_table(claims)}\n")
     order = ["experiment", "regularization", "seed"]
     write_csv(found.runs.sort_values(order, kind="stable"), folder / "runs.csv")
     write_csv(found.evaluations, folder / "evaluations.csv")

@@ -6,12 +6,12 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
-from crawler_bench.bench import tables
 from crawler_bench.benchmark.keys import write_csv
 from crawler_bench.config.schema import EnvironmentConfig, EvaluationConfig
 from crawler_bench.physics.parameters import CrawlerParameters
+from crawler_bench.report import blocks
 
-ROOT = Path(tables.__file__).parents[2]
+ROOT = Path(blocks.__file__).parents[2]
 RESULTS = ROOT / "results" / "paper"
 DOCUMENTS = [
     path
@@ -64,11 +64,11 @@ def test_csv_has_nine_digits(tmp_path):
      (0, "0"), (float("nan"), "-"), ("> 0", "> 0"), ("0.026", "0.026"), ("not given", "not given")],
 )  # fmt: skip
 def test_short_numbers(value, text):
-    assert tables.short(value) == text
+    assert blocks.short(value) == text
 
 
 def test_the_table_of_claims():
-    head, *body = rows(tables.claims_table(CLAIMS))
+    head, *body = rows(blocks.claims_table(CLAIMS))
     assert head == ["claim", "source", "paper", "ours", "95 % interval", "n", "verdict"]
     assert body == [
         ["it crawls", "Fig. 1", "yes", "1", "0.7 .. 1", "10", "✔ reproduced"],
@@ -80,17 +80,17 @@ def test_the_table_of_claims():
 
 
 def test_counts_and_failures():
-    assert tables.verdict_counts(CLAIMS) == (
+    assert blocks.verdict_counts(CLAIMS) == (
         "5 claims: 1 reproduced, 1 partly, 1 not reproduced, 1 no number given, 1 no data."
     )
-    listed = tables.not_reproduced(CLAIMS).splitlines()
+    listed = blocks.not_reproduced(CLAIMS).splitlines()
     assert [line.split(":")[0] for line in listed] == ["* ◐ **partly**", "* ✘ **not reproduced**"]
     assert "it is fast: paper 0.0056, ours 0.00493 (0.0045 .. 0.0052)." in listed[0]
-    assert tables.not_reproduced(CLAIMS[:1]) == "Everything is reproduced."
+    assert blocks.not_reproduced(CLAIMS[:1]) == "Everything is reproduced."
 
 
 def test_the_table_of_runs_has_the_trained_ones():
-    head, *body = rows(tables.runs_table(RUNS))
+    head, *body = rows(blocks.runs_table(RUNS))
     assert head[:3] == ["experiment", "seed", "policy"]
     assert [row[0] for row in body] == ["regularized", "unregularized"]
     assert [row[2] for row in body] == ["0123456789", "7207345679"]
@@ -98,11 +98,11 @@ def test_the_table_of_runs_has_the_trained_ones():
 
 
 def test_a_policy_keeps_its_leading_zero_on_the_way_through_a_file(results):
-    assert "| 0123456789 |" in tables.blocks(results)["runs"]()
+    assert "| 0123456789 |" in blocks.blocks(results)["runs"]()
 
 
 def test_the_table_of_parameters_is_complete():
-    listed = {(where, name): default for where, name, default in rows(tables.parameters_table())[1:]}
+    listed = {(where, name): default for where, name, default in rows(blocks.parameters_table())[1:]}
     assert listed["CrawlerParameters", "friction_backward"] == "9.0"
     assert listed["EnvironmentConfig", "regularization"] == "0.01"
     wanted = len(CrawlerParameters.__dataclass_fields__) + len(EnvironmentConfig.model_fields)
@@ -116,40 +116,40 @@ TEMPLATE = "# Title\n\n<!-- begin {0} -->\nold\n<!-- end {0} -->\n\nprose\n"
 
 @pytest.mark.parametrize("name", ["claims", "verdicts", "not reproduced", "runs", "parameters"])
 def test_a_block_is_filled_and_stays_as_it_is(results, name):
-    filled = tables.regenerate(TEMPLATE.format(name), results)
-    content = tables.blocks(results)[name]()
+    filled = blocks.regenerate(TEMPLATE.format(name), results)
+    content = blocks.blocks(results)[name]()
     assert filled == TEMPLATE.format(name).replace("old", content)
-    assert tables.regenerate(filled, results) == filled
+    assert blocks.regenerate(filled, results) == filled
 
 
 def test_every_block_of_a_document_is_filled(results):
     document = TEMPLATE.format("claims") + TEMPLATE.format("verdicts") + TEMPLATE.format("claims")
-    filled = tables.regenerate(document, results)
+    filled = blocks.regenerate(document, results)
     assert "old" not in filled
     assert filled.count("it crawls") == 2
     assert filled.count("prose") == 3
 
 
 def test_a_document_without_blocks_needs_no_results(tmp_path):
-    assert tables.regenerate("# Title\n", tmp_path) == "# Title\n"
+    assert blocks.regenerate("# Title\n", tmp_path) == "# Title\n"
 
 
 def test_an_unknown_block_is_an_error(results):
     with pytest.raises(ValueError, match="no generator is called 'claim'; there are claims, verdicts"):
-        tables.regenerate(TEMPLATE.format("claim"), results)
+        blocks.regenerate(TEMPLATE.format("claim"), results)
 
 
 @pytest.mark.parametrize("broken", ["<!-- begin claims -->\n", "<!-- begin claims -->\n<!-- end runs -->\n"])
 def test_a_block_without_its_end_is_an_error(results, broken):
     with pytest.raises(ValueError, match="claims"):
-        tables.regenerate(broken, results)
+        blocks.regenerate(broken, results)
 
 
 def test_a_changed_digit_in_a_block_is_undone(results):
-    filled = tables.regenerate(TEMPLATE.format("claims"), results)
+    filled = blocks.regenerate(TEMPLATE.format("claims"), results)
     edited = filled.replace("0.00493", "0.00593")
     assert edited != filled
-    assert tables.regenerate(edited, results) == filled
+    assert blocks.regenerate(edited, results) == filled
 
 
 def begins(text: str) -> int:
@@ -158,12 +158,12 @@ def begins(text: str) -> int:
 
 @pytest.mark.parametrize("path", DOCUMENTS, ids=lambda path: path.name)
 def test_the_documentation_says_what_the_results_say(path):
-    """If this fails: python -m crawler_bench.bench.tables README.md docs/*.md."""
+    """If this fails: python -m crawler_bench.report.blocks README.md docs/*.md."""
     text = path.read_text()
     assert begins(text) == len(
         re.findall(r"<!-- begin (?P<name>[\w ]+) -->.*?<!-- end (?P=name) -->", text, re.S)
     )
-    assert tables.regenerate(text, RESULTS) == text
+    assert blocks.regenerate(text, RESULTS) == text
 
 
 @pytest.mark.skipif(not DOCUMENTS, reason="no document has generated blocks")
@@ -175,4 +175,4 @@ def test_a_changed_digit_in_the_documentation_is_noticed():
             if digit:
                 place = block.start() + digit.start()
                 edited = text[:place] + str((int(text[place]) + 1) % 10) + text[place + 1 :]
-                assert tables.regenerate(edited, RESULTS) != edited
+                assert blocks.regenerate(edited, RESULTS) != edited

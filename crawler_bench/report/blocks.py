@@ -3,7 +3,7 @@
 A block stands in a Markdown file between `<!-- begin NAME -->` and `<!-- end NAME -->`; everything between is
 made from results/, so that no number in the documentation is typed by hand.
 
-    python -m crawler_bench.bench.tables README.md docs/*.md
+    python -m crawler_bench.report.blocks README.md docs/*.md
 """
 
 import re
@@ -14,7 +14,6 @@ from pathlib import Path
 
 import pandas as pd
 
-from crawler_bench.bench import performance
 from crawler_bench.benchmark import tables
 from crawler_bench.config.files import config_folder, load_experiment
 from crawler_bench.config.schema import EnvironmentConfig, EvaluationConfig
@@ -23,6 +22,7 @@ from crawler_bench.output.cells import short as short
 from crawler_bench.paper.verdicts import Verdict
 from crawler_bench.physics.parameters import CrawlerParameters
 from crawler_bench.readings import tables
+from crawler_bench.report import speed
 
 SIGNS = {Verdict.REPRODUCED.value: "✔", Verdict.PARTLY.value: "◐", Verdict.NOT.value: "✘"}
 
@@ -99,7 +99,7 @@ def blocks(results: Path) -> dict[str, Callable[[], str]]:
         "not reproduced": lambda: not_reproduced(claims()),
         "runs": lambda: runs_table(pd.read_csv(results / "runs.csv", dtype={"policy": str})),
         "parameters": parameters_table,
-        **performance.blocks(results.parent / "performance", short),
+        **speed.blocks(results.parent / "performance", short),
         **tables.blocks(results.parent / "readings"),
         **tables.blocks(results.parent / "benchmark"),
     }
