@@ -94,7 +94,8 @@ def test_list_names_what_there_is():
 
 DOCTOR = """
 import sys
-from crawler_bench import cli, diagnosis
+from crawler_bench import cli
+from crawler_bench.cli import diagnosis
 def lost():
     raise ValueError("another package")
 sick = [check for check in diagnosis.checks(lost) if not check.well]

@@ -3,8 +3,8 @@
 import typer
 
 from crawler_bench.cli import benchmark, installation, paper, readings, runs
+from crawler_bench.cli.console import one_line_errors
 from crawler_bench.cli.options import find_modules_here
-from crawler_bench.console import one_line_errors
 
 app = typer.Typer(
     name="crawler-bench",

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from crawler_bench.cli.console import console, print_frame, teller
 from crawler_bench.cli.options import (
     RUNS,
     Jobs,
@@ -17,7 +18,6 @@ from crawler_bench.cli.options import (
     agents_package,
     require_ours,
 )
-from crawler_bench.console import console, print_frame, teller
 
 if TYPE_CHECKING:
     from crawler_bench.config.schema import Experiment

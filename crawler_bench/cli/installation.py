@@ -2,8 +2,8 @@
 
 import typer
 
+from crawler_bench.cli.console import console
 from crawler_bench.cli.options import agents_package
-from crawler_bench.console import console
 
 
 def list_() -> None:
@@ -27,7 +27,7 @@ def list_() -> None:
 
 def doctor() -> None:
     """Say what is wrong with this installation, and how to mend it."""
-    from crawler_bench import diagnosis
+    from crawler_bench.cli import diagnosis
 
     sick = False
     for check in diagnosis.checks(agents_package):

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from crawler_bench.cli.console import console, print_claims, teller
 from crawler_bench.cli.options import RUNS, Jobs, Quiet, Runs, Seeds, Set, agent_spec, require_ours
-from crawler_bench.console import console, print_claims, teller
 
 if TYPE_CHECKING:
     from crawler_bench.config.schema import Experiment

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from crawler_bench.cli.console import console, print_frame, teller
 from crawler_bench.cli.options import RUNS, Jobs, Preset, Quiet, Runs, agent_spec, require_ours
-from crawler_bench.console import console, print_frame, teller
 
 if TYPE_CHECKING:
     from crawler_bench.readings.laboratory import Laboratory

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from crawler_bench.cli.console import console, notes, print_frame, teller
 from crawler_bench.cli.options import (
     RUNS,
     Quiet,
@@ -14,7 +15,6 @@ from crawler_bench.cli.options import (
     agents_package,
     evaluation_overrides,
 )
-from crawler_bench.console import console, notes, print_frame, teller
 
 if TYPE_CHECKING:
     from crawler_bench.runs.sweep import Measured
