@@ -11,9 +11,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from benchmarks.loops import solve_tridiagonal
-from benchmarks.measure import summarize
 from crawler_bench.report import blocks, speed
+from speed.loops import solve_tridiagonal
+from speed.measure import summarize
 
 ROOT = Path(blocks.__file__).parents[2]
 COLUMNS = {

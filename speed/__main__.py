@@ -14,11 +14,11 @@ from importlib.metadata import PackageNotFoundError, version
 import pandas as pd
 import torch
 
-from benchmarks import counts, environments, figures, learning, physics, scaling
-from benchmarks.measure import FULL, QUICK, Effort, Row
 from crawler_bench.benchmark.keys import write_csv
 from crawler_bench.output.style import save
 from crawler_bench.runs.store import write_manifest
+from speed import counts, environments, figures, learning, physics, scaling
+from speed.measure import FULL, QUICK, Effort, Row
 
 PAIRS = (
     physics.against_solve, physics.exact_against_solve,

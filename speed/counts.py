@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from benchmarks.measure import Effort
+from speed.measure import Effort
 
 SEQUENCES = ("diagonal policy", "random actions")
 WHAT = {
@@ -27,7 +27,7 @@ WHAT = {
 def of_a_decision(effort: Effort) -> pd.DataFrame:
     """A row for each kind of event or operation: how many a decision holds, for each sequence of actions."""
     n_decisions = 50 if effort.quick else 2000
-    words = [sys.executable, "-m", "benchmarks.counts", str(n_decisions)]
+    words = [sys.executable, "-m", "speed.counts", str(n_decisions)]
     environment = os.environ | {"NUMBA_DISABLE_JIT": "1"}
     done = subprocess.run(words, env=environment, capture_output=True, text=True, check=True)
     return pd.DataFrame(json.loads(done.stdout))
@@ -35,8 +35,8 @@ def of_a_decision(effort: Effort) -> pd.DataFrame:
 
 def _count(n_decisions: int) -> list[dict[str, Any]]:
     """Let a crawler decide, with every function of `WHAT` replaced by one that counts its calls."""
-    from benchmarks.crawlers import NO_ACTIONS, body, compiled_crawl, random_actions
     from crawler_bench.physics import course, events, exact, excitation, exits, response
+    from speed.crawlers import NO_ACTIONS, body, compiled_crawl, random_actions
 
     counts: collections.Counter[str] = collections.Counter()
 

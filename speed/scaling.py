@@ -11,10 +11,10 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from benchmarks.crawlers import body, compiled_crawl, crawling_batch, random_actions
-from benchmarks.measure import MAKES_NO_SENSE, Effort, Side, median_speed
 from crawler_bench.envs.batch import CrawlerBatch
 from crawler_bench.envs.crawler import CrawlerEnv
+from speed.crawlers import body, compiled_crawl, crawling_batch, random_actions
+from speed.measure import MAKES_NO_SENSE, Effort, Side, median_speed
 
 SEGMENTS = (2, 5, 10, 20, 50, 100, 200, 500, 1000)
 SIZES = (1, 4, 16, 64, 256, 1024, 4096)

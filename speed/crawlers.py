@@ -6,12 +6,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.loops import crawl, record_diagonal
 from crawler_bench.envs.batch import CrawlerBatch
 from crawler_bench.envs.randomness import live_state
 from crawler_bench.envs.transition import make_task
 from crawler_bench.physics.layout import make_memory
 from crawler_bench.physics.parameters import CrawlerParameters
+from speed.loops import crawl, record_diagonal
 
 NO_ACTIONS = np.empty(0, dtype=np.int64)
 N_DECISIONS = 5000  # in a recorded sequence: 1000 tau of crawling

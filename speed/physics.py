@@ -7,7 +7,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 import crawler_bench
-from benchmarks.crawlers import (
+from crawler_bench.envs.randomness import live_state
+from crawler_bench.envs.transition import make_task
+from crawler_bench.physics.layout import make_memory
+from speed.crawlers import (
     NO_ACTIONS,
     body,
     compiled_crawl,
@@ -15,11 +18,8 @@ from benchmarks.crawlers import (
     diagonal_actions,
     random_actions,
 )
-from benchmarks.loops import replay, solve_tridiagonal
-from benchmarks.measure import Effort, Row, Side, compare
-from crawler_bench.envs.randomness import live_state
-from crawler_bench.envs.transition import make_task
-from crawler_bench.physics.layout import make_memory
+from speed.loops import replay, solve_tridiagonal
+from speed.measure import Effort, Row, Side, compare
 
 STEPS_PER_SOLVE = 0.5
 EXACT_OVER_STEPPED = 4.0

@@ -11,9 +11,9 @@ from stable_baselines3.common.vec_env import VecEnv, VecEnvWrapper
 
 import crawler_bench
 from agents.qlearning import QLearning
-from benchmarks.measure import MAKES_NO_SENSE, Effort, Row, Side, compare, summarize
-from benchmarks.nothing import NothingVecEnv
 from crawler_bench.envs.sb3 import CrawlerVecEnv
+from speed.measure import MAKES_NO_SENSE, Effort, Row, Side, compare, summarize
+from speed.nothing import NothingVecEnv
 
 OVER_NOTHING = 0.95
 N_ENVS = 8

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 import crawler_bench
-from benchmarks.crawlers import diagonal_actions, random_actions
-from benchmarks.measure import MAKES_NO_SENSE, Effort, Row, Side, compare, missing
+from speed.crawlers import diagonal_actions, random_actions
+from speed.measure import MAKES_NO_SENSE, Effort, Row, Side, compare, missing
 
 STEP_OVER_CARTPOLE = 0.8
 OVER_SWIMMER = 30.0
