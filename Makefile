@@ -27,7 +27,7 @@ test-slow: $(STAMP) ## the tests that train at full length
 	$(BIN)/python -m pytest -n 2 -m slow
 
 bench: $(STAMP) ## measure speed against peers, write results/performance/
-	$(BIN)/python -m benchmarks
+	$(BIN)/python -m speed
 
 check: $(STAMP) ## lint, types, spelling, import contracts
 	$(BIN)/ruff format --check .

@@ -1,4 +1,4 @@
-"""Measure all speeds and write them: `python -m benchmarks [--quick] [--out FOLDER]`."""
+"""Measure all speeds and write them: `python -m speed [--quick] [--out FOLDER]`."""
 
 import os
 import time
@@ -30,7 +30,7 @@ OUT = {False: Path("results/performance"), True: Path("results/smoke/performance
 
 def main() -> None:
     """Measure, write, say where."""
-    parser = argparse.ArgumentParser(prog="python -m benchmarks", description=__doc__)
+    parser = argparse.ArgumentParser(prog="python -m speed", description=__doc__)
     parser.add_argument(
         "--quick", action="store_true", help="small, to see that all works; numbers mean little"
     )

@@ -75,7 +75,7 @@ def speed_against_temperature(
     """Speed of every learned policy that draws its actions, made surer and less sure.
 
     Args:
-        tables: of `crawler_bench.benchmark.benchmark.Benchmark`; policies that are deterministic by nature have
+        tables: of `benchmark.Benchmark`; policies that are deterministic by nature have
             no temperature and are left out.
         parameters: the crawler.
         config: starts, warm-up and duration of the crawls, which are without noise. With all
@@ -122,7 +122,7 @@ def stuck_observations(tables: pd.DataFrame, shares: Array) -> pd.DataFrame:
     """How many traps each deterministic policy has.
 
     Args:
-        tables: of `crawler_bench.benchmark.benchmark.Benchmark`; only policies under the deterministic mode.
+        tables: of `benchmark.Benchmark`; only policies under the deterministic mode.
         shares: of `traps`; a pair counts as one from TRAP on.
 
     Returns:
@@ -165,7 +165,7 @@ def escapes(
 
     Args:
         absorbed: of `absorptions`.
-        tables: of `crawler_bench.benchmark.benchmark.Benchmark`; runs without a stochastic policy are left out.
+        tables: of `benchmark.Benchmark`; runs without a stochastic policy are left out.
         parameters: the crawler.
         config: how the stochastic policy crawls.
 

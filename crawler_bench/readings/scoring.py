@@ -151,23 +151,23 @@ def score(results: Results, seeds: Sequence[int]) -> Score:
     """
     table = _Table(results, seeds)
     whole = np.arange(len(seeds))
-    estimates = {claim.name: claim.measure(table.resampled(whole)) for claim in CLAIMS if _measurable(claim)}
+    measured = {claim.name: claim.measure(table.resampled(whole)) for claim in CLAIMS if _measurable(claim)}
     rng = np.random.default_rng(_SEED)
     draws = np.sort(rng.integers(len(seeds), size=(RESAMPLES, len(seeds))), axis=1)
     different, back = np.unique(draws, axis=0, return_inverse=True)  # five runs have 126 resamples
     with estimates.without_intervals():
-        totals = [_resampled_total(table.resampled(chosen), estimates) for chosen in different]
-    distances = {claim.name: distance(claim, estimates[claim.name]) for claim in COUNTED}
+        totals = [_resampled_total(table.resampled(chosen), measured) for chosen in different]
+    distances = {claim.name: distance(claim, measured[claim.name]) for claim in COUNTED}
     rows = [
         {
             "claim": claim.name,
             "group": group_of(claim.name),
             "kind": claim.kind.value,
             "paper": claim.paper,
-            "ours": estimates[claim.name].value,
-            "low": estimates[claim.name].low,
-            "high": estimates[claim.name].high,
-            "n": estimates[claim.name].n,
+            "ours": measured[claim.name].value,
+            "low": measured[claim.name].low,
+            "high": measured[claim.name].high,
+            "n": measured[claim.name].n,
             "distance": distances.get(claim.name, float("nan")),
         }
         for claim in CLAIMS

@@ -14,14 +14,14 @@ from pathlib import Path
 
 import pandas as pd
 
-from crawler_bench.benchmark import tables
+from crawler_bench.benchmark import tables as benchmark_tables
 from crawler_bench.config.files import config_folder, load_experiment
 from crawler_bench.config.schema import EnvironmentConfig, EvaluationConfig
 from crawler_bench.output.cells import interval as interval
 from crawler_bench.output.cells import short as short
 from crawler_bench.paper.verdicts import Verdict
 from crawler_bench.physics.parameters import CrawlerParameters
-from crawler_bench.readings import tables
+from crawler_bench.readings import tables as readings_tables
 from crawler_bench.report import speed
 
 SIGNS = {Verdict.REPRODUCED.value: "✔", Verdict.PARTLY.value: "◐", Verdict.NOT.value: "✘"}
@@ -100,8 +100,8 @@ def blocks(results: Path) -> dict[str, Callable[[], str]]:
         "runs": lambda: runs_table(pd.read_csv(results / "runs.csv", dtype={"policy": str})),
         "parameters": parameters_table,
         **speed.blocks(results.parent / "performance", short),
-        **tables.blocks(results.parent / "readings"),
-        **tables.blocks(results.parent / "benchmark"),
+        **readings_tables.blocks(results.parent / "readings"),
+        **benchmark_tables.blocks(results.parent / "benchmark"),
     }
 
 

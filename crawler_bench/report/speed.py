@@ -14,7 +14,7 @@ def blocks(folder: Path, short: Callable[[object], str]) -> dict[str, Block]:
     """Every generated block about speed by name.
 
     Args:
-        folder: what `python -m benchmarks` wrote, or not yet.
+        folder: what `python -m speed` wrote, or not yet.
         short: writes a number with few digits.
     """
 

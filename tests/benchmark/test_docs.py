@@ -13,7 +13,7 @@ from stable_baselines3.common.env_util import make_vec_env
 
 import crawler_bench
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 DOCUMENT = (ROOT / "docs" / "benchmark.md").read_text()
 SHORT = "starts=2 warm_up=5 duration=40 settle=10 gait=40 evaluation.noise=[0,0.1] decisions=3000".split()
 

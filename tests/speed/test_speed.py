@@ -51,7 +51,7 @@ GOALS = {
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     out = tmp_path_factory.mktemp("results") / "performance"
-    words = [sys.executable, "-m", "benchmarks", "--quick", "--out", str(out)]
+    words = [sys.executable, "-m", "speed", "--quick", "--out", str(out)]
     environment = os.environ | {"PYTHONPATH": str(ROOT)}
     done = subprocess.run(words, cwd=ROOT, env=environment, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr

@@ -30,7 +30,7 @@ CASES = {
 
 @pytest.fixture(autouse=True)
 def _coarse_intervals(monkeypatch):
-    monkeypatch.setattr(stats, "RESAMPLES", 99)
+    monkeypatch.setattr(estimates, "RESAMPLES", 99)
 
 
 def benchmark(pairs=USUAL, seeds=4, regularizations=(0.0, 0.01), n=10):

@@ -163,7 +163,7 @@ def test_nothing_finished_is_nothing_read():
 SWEEP = """
 import sys
 from pathlib import Path
-from tests.bench.test_sweep import CELLS, run_cells
+from tests.runs.test_sweep import CELLS, run_cells
 run_cells(CELLS, Path(sys.argv[1]), jobs=1, quiet=True)
 """
 

@@ -8,7 +8,7 @@ import pytest
 
 from crawler_bench.benchmark.pairwise import COMPARED, compare, permutation_p, seeds_needed
 from crawler_bench.statistics import estimates
-from tests.bench.frames import NAN, evaluated, run, runs_of
+from tests.benchmark.frames import NAN, evaluated, run, runs_of
 
 RNG = np.random.default_rng(3)
 SLOW, OTHER = 1 + 0.1 * RNG.normal(size=(2, 10))

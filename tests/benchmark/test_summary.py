@@ -7,7 +7,7 @@ import pytest
 from crawler_bench.benchmark.curves import decisions_to_final, noise_area, noise_curves
 from crawler_bench.benchmark.summary import METRICS, measure_runs, metric, summarize_benchmark
 from crawler_bench.statistics import estimates
-from tests.bench.frames import NAN, curve, evaluated, run, runs_of
+from tests.benchmark.frames import NAN, curve, evaluated, run, runs_of
 
 SPEEDS = [1.0, 2, 3, 4, 5, 6, 7, 100]
 

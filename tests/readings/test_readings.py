@@ -20,7 +20,7 @@ from crawler_bench.readings.search import RANGES
 from crawler_bench.readings.sizes import FULL, SMOKE
 from crawler_bench.readings.study import Study, is_rival
 from crawler_bench.report import blocks
-from tests.bench.test_scoring import PLANTED, plant, score
+from tests.readings.test_scoring import PLANTED, plant, score
 
 ALL = readings()
 
@@ -178,12 +178,12 @@ def test_a_row_of_the_table_is_a_reading_again(bases):
 def test_the_ranking_marks_the_default_and_says_what_the_search_tried(bases):
     found = [scored("default", bases["regularized"], plant())]
     search = scored("search-07", bases["regularized"], plant(), **{"parameters.tau_f": 0.9})
-    table = blocks.ranking(
+    table = tables.ranking(
         summarize([*found, replace(search, reading=replace(search.reading, family="search"))])
     )
     assert table["reading"].tolist() == ["**default**", "search-07: tau_f 0.9"]
     assert table["within tolerance"].tolist() == ["yes", "yes"]
-    assert "| 1 " in blocks.to_markdown(table)
+    assert "| 1 " in tables.to_markdown(table)
 
 
 def test_what_two_readings_share_runs_once(bases, tmp_path):
@@ -215,7 +215,7 @@ def test_a_reading_that_cannot_run_is_kept_and_counts_as_silence(bases, tmp_path
 
 
 def test_the_documentation_has_a_generator_for_every_block(tmp_path):
-    names = blocks.blocks(tmp_path)
+    names = tables.blocks(tmp_path)
     assert {"readings summary", "readings ranking", "readings fields", "readings conclusions"} <= set(names)
     assert set(names) <= set(blocks.blocks(tmp_path))
 

@@ -14,7 +14,7 @@ from crawler_bench.benchmark.pairwise import compare
 from crawler_bench.benchmark.summary import summarize_benchmark
 from crawler_bench.output.latex import latex
 from crawler_bench.report import blocks
-from tests.bench.frames import NAN, evaluated, runs_of
+from tests.benchmark.frames import NAN, evaluated, runs_of
 
 FAST = [0.0061, 0.0062, 0.0064, 0.0065, 0.0069]
 SLOW = [0.0051, 0.0053, 0.0052, 0.0058, 0.0047]
@@ -63,7 +63,7 @@ def results(summary, pairs, tmp_path_factory):
         name: pd.read_csv(folder / f"{name}.csv", dtype={"policy": str, "hash": str})
         for name in ("summary", "pairs", "runs")
     }
-    blocks.write_tables(read["summary"], read["pairs"], read["runs"], folder / "tables")
+    tables.write_tables(read["summary"], read["pairs"], read["runs"], folder / "tables")
     return folder
 
 
@@ -128,7 +128,7 @@ def test_minus_signs_and_exponents_in_latex():
 
 
 def test_the_comparison_has_full_cells(summary):
-    shown = blocks.comparison(summary).set_index(["agent", "regularization"])
+    shown = tables.comparison(summary).set_index(["agent", "regularization"])
     assert len(shown) == 6
     assert shown.columns.tolist() == [
         "mode", "speed (L/tau)", "cycle duration (tau)", "speed averaged over noise (L/tau)",
@@ -142,7 +142,7 @@ def test_the_comparison_has_full_cells(summary):
 
 
 def test_the_hash_of_a_cell_is_that_of_its_row(summary):
-    shown = blocks.comparison(summary.assign(hash=[f"h{i}" for i in range(len(summary))]))
+    shown = tables.comparison(summary.assign(hash=[f"h{i}" for i in range(len(summary))]))
     for row in shown.to_dict("records"):
         number = int(row["speed (L/tau)"].partition("#h")[2])
         source = summary.iloc[number]
@@ -151,13 +151,13 @@ def test_the_hash_of_a_cell_is_that_of_its_row(summary):
 
 
 def test_the_noise_table_has_a_column_an_amplitude(summary):
-    shown = blocks.noise(summary)
+    shown = tables.noise(summary)
     assert shown.columns.tolist()[3:] == [f"speed at s = {s} (L/tau)" for s in (0, 0.2, 0.4)]
     assert shown[shown["agent"] == "wave"].iloc[0, -1].startswith("0.007 [no spread] (5) #")
 
 
 def test_the_pairs_say_which_is_which(pairs):
-    shown = blocks.pairs_table(pairs)
+    shown = tables.pairs_table(pairs)
     assert len(shown) == len(pairs)
     row = shown[(shown["first"] == "my_agent, stochastic, 0") & (shown["second"] == "dqn, deterministic, 0")]
     speed = row[row["metric"] == "speed (L/tau)"].iloc[0]
@@ -176,7 +176,7 @@ def test_the_matrix_reads_from_row_to_column(pairs):
     loud = pairs.assign(p_holm=0.2, p_fdr=0.2)
     loud.loc[(loud["first_agent"] == "wave") & (loud["second_agent"] == "dqn"), "p_holm"] = 0.01
     loud.loc[(loud["first_agent"] == "wave") & (loud["second_agent"] == "my_agent"), "p_fdr"] = 0.01
-    shown = blocks.matrix(loud, 0.0).set_index("regularization 0")
+    shown = tables.matrix(loud, 0.0).set_index("regularization 0")
     assert shown.loc["wave, deterministic", "dqn, deterministic"] == "1 **"
     assert shown.loc["dqn, deterministic", "wave, deterministic"] == "0 **"
     assert shown.loc["wave, deterministic", "my_agent, stochastic"] == "0 *"
@@ -205,7 +205,7 @@ def test_a_block_is_filled(results, name):
 
 
 def test_the_block_of_the_readme(results):
-    head, *body = markdown_rows(blocks.blocks(results)["benchmark"]())
+    head, *body = markdown_rows(tables.blocks(results)["benchmark"]())
     assert head[:6] == ["regularization", "agent", "mode", "n", "speed (L/tau)", "95 % interval"]
     assert body[0][:7] == ["0", "wave", "deterministic", "5", "0.00565", "no spread", "40"]
     assert [row[0] for row in body] == ["0"] * 3 + ["0.01"] * 3
@@ -214,11 +214,11 @@ def test_the_block_of_the_readme(results):
 def test_a_number_that_fewer_runs_have_says_so():
     rows = runs_of("a", "cycle_duration", [40.0, 40.0, NAN])
     found = summarize_benchmark(pd.DataFrame(rows), evaluated(rows), pd.DataFrame(), lambda *key: "x")
-    assert blocks.compact(found)["cycle duration (tau)"].item() == "40 (2)"
+    assert tables.compact(found)["cycle duration (tau)"].item() == "40 (2)"
 
 
 def test_the_block_of_pairs_says_how_small_p_can_get(results):
-    text = blocks.blocks(results)["benchmark pairs"]()
+    text = tables.blocks(results)["benchmark pairs"]()
     assert "With 5 paired seeds p is at least 0.0625, and Holm's over 3 pairs at least 0.188." in text
     assert "excess (%)" in text
 
