@@ -23,7 +23,7 @@ _Loader.add_implicit_resolver(
 
 def config_folder() -> Path:
     """Folder of the configurations that come with the project: the checkout's, else the installed copy."""
-    package = Path(__file__).resolve().parent
+    package = Path(__file__).resolve().parents[1]
     checkout = package.parent / "configs"
     return checkout if checkout.is_dir() else package / "configs"
 

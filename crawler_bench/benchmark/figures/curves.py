@@ -125,9 +125,9 @@ def learning_curves(
         axes.set_xlabel("decisions")
         for agent, rows in curves[curves["regularization"] == value].groupby("agent", sort=False):
             windows = rows.assign(window=rows.groupby("seed").cumcount()).groupby("window")
-            estimates = [estimates.estimate(each * SPEED_SCALE) for _, each in windows["speed"]]
+            speeds = [estimates.estimate(each * SPEED_SCALE) for _, each in windows["speed"]]
             at = windows["decisions"].mean().to_numpy(np.float64)
-            band(axes, at, estimates, _line(str(agent), look_of[str(agent)], max(1, len(at) // 8)))
+            band(axes, at, speeds, _line(str(agent), look_of[str(agent)], max(1, len(at) // 8)))
         if runs is not None:
             draw_references(axes, runs[runs["regularization"] == value])
         axes.margins(x=0.01)
@@ -183,8 +183,8 @@ def _draw_temperatures(axes: Axes, frame: pd.DataFrame, every: pd.Series, look_o
     for agent, rows in frame.groupby("agent", sort=False):
         of = rows.groupby("temperature")["speed"]
         x: Array = np.array([places[float(str(temperature))] for temperature, _ in of])
-        estimates = [estimates.estimate(each * SPEED_SCALE) for _, each in of]
-        band(axes, x, estimates, _line(str(agent), look_of[str(agent)], 1))
+        speeds = [estimates.estimate(each * SPEED_SCALE) for _, each in of]
+        band(axes, x, speeds, _line(str(agent), look_of[str(agent)], 1))
     for temperature in (each for each in known if each in (0, np.inf)):
         axes.axvline(
             places[temperature] + (0.75 if temperature == 0 else -0.75), color="white", lw=6, zorder=4

@@ -109,10 +109,10 @@ def short(name: str, length: int = 24) -> str:
     return name if len(name) <= length else name[: length - 1] + "…"
 
 
-def band(axes: Axes, x: Array, estimates: Sequence[estimates.Estimate], look: Mapping[str, object]) -> None:
+def band(axes: Axes, x: Array, values: Sequence[estimates.Estimate], look: Mapping[str, object]) -> None:
     """A line of estimates with the band of their intervals."""
     value, low, high = (
-        np.array([getattr(each, part) for each in estimates]) for part in ("value", "low", "high")
+        np.array([getattr(each, part) for each in values]) for part in ("value", "low", "high")
     )
     axes.fill_between(x, low, high, color=str(look["color"]), alpha=0.18, lw=0)
     axes.plot(x, value, **look)  # type: ignore[arg-type]
