@@ -16,10 +16,11 @@ import numpy as np
 import pandas as pd
 
 from crawler_bench.benchmark.benchmark import in_mode, learning_curves, measured
-from crawler_bench.benchmark.keys import RUN, read_csv, rounded
+from crawler_bench.benchmark.keys import RUN
 from crawler_bench.benchmark.summary import summarize_benchmark
 from crawler_bench.config.files import load_experiment
 from crawler_bench.config.schema import Experiment, RunConfig, override, to_mapping
+from crawler_bench.output.csv_files import read_csv, rounded
 from crawler_bench.runs.store import NotARunError
 from crawler_bench.runs.sweep import Cell, run_cells
 

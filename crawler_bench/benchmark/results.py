@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from crawler_bench.benchmark.benchmark import Benchmark
 from crawler_bench.benchmark.figures import every
-from crawler_bench.benchmark.keys import RUN, action_columns, read_csv, rounded, write_csv
+from crawler_bench.benchmark.keys import RUN, action_columns
 from crawler_bench.benchmark.pairwise import compare
 from crawler_bench.benchmark.reproduce_cell import Hasher
 from crawler_bench.benchmark.summary import summarize_benchmark
@@ -27,6 +27,7 @@ from crawler_bench.benchmark.temperature import (
 )
 from crawler_bench.config.schema import Experiment, to_yaml
 from crawler_bench.gait.record import Record
+from crawler_bench.output.csv_files import read_csv, rounded, write_csv
 from crawler_bench.paper import figures
 from crawler_bench.runs import store
 from crawler_bench.runs.evaluation import read_evaluation

@@ -10,9 +10,9 @@ from typing import Any
 
 import pandas as pd
 
-from crawler_bench.benchmark.keys import read_csv
 from crawler_bench.benchmark.summary import metric
 from crawler_bench.output.cells import cell, interval, short
+from crawler_bench.output.csv_files import read_csv
 from crawler_bench.output.latex import latex
 from crawler_bench.statistics.estimates import RESAMPLES
 

@@ -11,12 +11,12 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
-from crawler_bench.benchmark.keys import write_csv
 from crawler_bench.config.schema import Experiment
 from crawler_bench.gait import metrics
 from crawler_bench.gait.record import Record
 from crawler_bench.gait.rollout import rollout
 from crawler_bench.output import animation
+from crawler_bench.output.csv_files import write_csv
 from crawler_bench.paper import figures
 from crawler_bench.paper.claims import CLAIMS, noise_crossover
 from crawler_bench.paper.verdicts import Claim, Results, judge_claims

@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from crawler_bench.benchmark.keys import DIGITS, write_csv
 from crawler_bench.output import style
+from crawler_bench.output.csv_files import DIGITS, write_csv
 from crawler_bench.output.latex import latex
 from crawler_bench.readings import figures, identifiability
 from crawler_bench.readings.catalogue import Reading

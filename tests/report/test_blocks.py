@@ -6,8 +6,8 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
-from crawler_bench.benchmark.keys import write_csv
 from crawler_bench.config.schema import EnvironmentConfig, EvaluationConfig
+from crawler_bench.output.csv_files import write_csv
 from crawler_bench.physics.parameters import CrawlerParameters
 from crawler_bench.report import blocks
 
