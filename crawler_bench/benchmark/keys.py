@@ -1,10 +1,10 @@
-"""The frames of a benchmark: what their rows are known by."""
+"""The keys of a benchmark's frames: which columns identify a row."""
 
 import pandas as pd
 
-MODES = ("deterministic", "stochastic")
-RUN = ["agent", "mode", "regularization", "seed"]  # what a run and the mode of its evaluation are known by
-LEARNER = ["agent", "regularization", "seed"]  # a run learns once, however it is evaluated
+DETERMINISTIC, STOCHASTIC = MODES = ("deterministic", "stochastic")
+RUN = ["agent", "mode", "regularization", "seed"]  # of one run, evaluated in one mode
+LEARNER = ["agent", "regularization", "seed"]  # of one run: it learns once, however it is evaluated
 
 
 def action_columns(tables: pd.DataFrame) -> list[str]:

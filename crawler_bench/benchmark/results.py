@@ -12,19 +12,14 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from crawler_bench.benchmark.benchmark import Benchmark
+from crawler_bench.benchmark.cell_hash import Hasher
 from crawler_bench.benchmark.figures import every
 from crawler_bench.benchmark.keys import RUN, action_columns
 from crawler_bench.benchmark.pairwise import compare
-from crawler_bench.benchmark.reproduce_cell import Hasher
 from crawler_bench.benchmark.summary import summarize_benchmark
 from crawler_bench.benchmark.tables import cost_sentence, write_tables
-from crawler_bench.benchmark.temperature import (
-    absorptions,
-    escapes,
-    speed_against_temperature,
-    stuck_observations,
-    traps,
-)
+from crawler_bench.benchmark.temperature import speed_against_temperature
+from crawler_bench.benchmark.traps import absorptions, escapes, stuck_observations, traps
 from crawler_bench.config.schema import Experiment, to_yaml
 from crawler_bench.gait.record import Record
 from crawler_bench.output.csv_files import read_csv, rounded, write_csv

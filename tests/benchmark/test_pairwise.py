@@ -6,8 +6,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from crawler_bench.benchmark.pairwise import COMPARED, compare, permutation_p, seeds_needed
+from crawler_bench.benchmark.pairwise import COMPARED, compare
 from crawler_bench.statistics import estimates
+from crawler_bench.statistics.significance import permutation_p, seeds_needed
 from tests.benchmark.frames import NAN, evaluated, run, runs_of
 
 RNG = np.random.default_rng(3)
