@@ -8,16 +8,14 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 from statsmodels.stats.multitest import multipletests
 
 from crawler_bench.benchmark.curves import noise_curves
 from crawler_bench.benchmark.summary import GROUP, measure_runs, metric
 from crawler_bench.statistics import estimates
-from crawler_bench.statistics.estimates import Estimate
+from crawler_bench.statistics.estimates import Array, Estimate
 from crawler_bench.statistics.significance import ALPHA, permutation_p, seeds_needed
 
-Array = NDArray[np.float64]
 Key = tuple[str, str, float]  # agent, mode, regularization
 
 COMPARED = ("speed", "reward", "noise_area", "cycle_duration")

@@ -77,15 +77,14 @@ def render(
     quiet: Quiet = False,
 ) -> None:
     """Film the gait of a trained run (GIF, MP4) and draw its positions, strains and forces (PNG, SVG)."""
-    from crawler_bench.output import animation
-    from crawler_bench.paper import figures
+    from crawler_bench.output import animation, kymographs, style
 
     measured = _measure(run, evaluation_overrides(set_))
     say = teller(quiet)
     record = measured.evaluation.gait
     folder = out or Path("results/rendered") / measured.name
     folder.mkdir(parents=True, exist_ok=True)
-    figures.save(figures.gait(record, measured.name), folder, "gait")
+    style.save(kymographs.gait(record, measured.name), folder, "gait")
     for suffix in (".gif", ".mp4"):
         say(f"filming gait{suffix}")
         animation.animate(record, folder / f"gait{suffix}", measured.name)

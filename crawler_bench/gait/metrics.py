@@ -10,9 +10,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from crawler_bench.gait.record import Record
-
-Array = NDArray[np.float64]
+from crawler_bench.gait.record import Array, Record
 
 CONTRACTED = 0.1  # strain from which on a segment counts as contracted
 STALL_ADVANCE = 0.01  # L in the last quarter of a record: less is a stall (a wave carries the body 0.2 L)

@@ -9,12 +9,10 @@ from numpy.typing import NDArray
 
 from crawler_bench.envs.randomness import State, live_state, random
 from crawler_bench.envs.transition import Packed, begin, decide, make_task, report
-from crawler_bench.gait.record import Record
+from crawler_bench.gait.record import Array, Record
 from crawler_bench.physics.compilation import kernel
 from crawler_bench.physics.layout import DISPLACEMENT, FORCE, POWER, VELOCITY, Memory, make_memory
 from crawler_bench.physics.parameters import CrawlerParameters
-
-Array = NDArray[np.float64]
 
 
 def rollout(

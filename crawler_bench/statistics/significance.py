@@ -3,13 +3,11 @@
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.stats import norm, permutation_test
 from statsmodels.stats.power import TTestPower
 
 from crawler_bench.statistics import estimates
-
-Array = NDArray[np.float64]
+from crawler_bench.statistics.estimates import Array
 
 ALPHA = 0.05
 POWER = 0.8
