@@ -151,11 +151,7 @@ def _panel(
     picture = np.asarray(canvas.buffer_rgba())[:, :, :3].copy()
     frame = axes.get_window_extent()
     return picture, _Box(
-        floor(frame.x0),
-        ceil(frame.x1),
-        height - ceil(frame.y1),
-        height - floor(frame.y0),
-        heading,
+        floor(frame.x0), ceil(frame.x1), height - ceil(frame.y1), height - floor(frame.y0), heading
     )
 
 
