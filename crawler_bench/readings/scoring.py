@@ -140,18 +140,19 @@ def total(distances: dict[str, float]) -> float:
     return float(np.mean([np.mean([distances[name] for name in names]) for names in GROUPS.values()]))
 
 
-def score(results: Results, seeds: Sequence[int]) -> Score:
+def score(results: Results, seeds: Sequence[int], resamples: int = RESAMPLES) -> Score:
     """Score what was measured for one reading.
 
     Args:
         results: runs and evaluations of the experiments regularized, unregularized and untrained.
         seeds: of the training runs, those that failed included.
+        resamples: of the training runs, for the interval; 0 gives none.
     """
     table = _Table(results, seeds)
     whole = np.arange(len(seeds))
     measured = {claim.name: claim.measure(table.resampled(whole)) for claim in CLAIMS if _measurable(claim)}
     rng = np.random.default_rng(_SEED)
-    draws = np.sort(rng.integers(len(seeds), size=(RESAMPLES, len(seeds))), axis=1)
+    draws = np.sort(rng.integers(len(seeds), size=(resamples, len(seeds))), axis=1)
     different, back = np.unique(draws, axis=0, return_inverse=True)  # five runs have 126 resamples
     with estimates.without_intervals():
         totals = [_resampled_total(table.resampled(chosen), measured) for chosen in different]
