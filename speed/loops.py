@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 
 from crawler_bench.envs.randomness import State
 from crawler_bench.envs.transition import RUNNING, Packed, begin, decide
-from crawler_bench.physics.compilation import kernel
-from crawler_bench.physics.layout import Memory
+from crawler_bench.physics.compiled import kernel
+from crawler_bench.physics.state import Memory
 
 Array = NDArray[np.float64]
 
@@ -50,7 +50,7 @@ def crawl(memory: Memory, task: Packed, actions: NDArray[np.int64], rng: State, 
     """Decide again and again.
 
     Args:
-        memory: of one crawler, see physics/layout.py.
+        memory: of one crawler, see physics/state.py.
         task: its task.
         actions: taken in turn; none for action = observation, the diagonal policy.
         rng: breaks ties.

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 import crawler_bench
 from crawler_bench.envs.randomness import live_state
 from crawler_bench.envs.transition import make_task
-from crawler_bench.physics.layout import make_memory
+from crawler_bench.physics.state import make_memory
 from speed.crawlers import (
     NO_ACTIONS,
     body,

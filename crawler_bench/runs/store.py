@@ -26,7 +26,7 @@ from typing import Any
 import yaml
 
 from crawler_bench.config.schema import EvaluationConfig, RunConfig, to_mapping, to_yaml
-from crawler_bench.physics.compilation import KERNEL_HASH, source_hash
+from crawler_bench.physics.compiled import KERNEL_HASH, source_hash
 
 MANIFEST = "manifest.json"
 CONFIG = "config.yaml"
