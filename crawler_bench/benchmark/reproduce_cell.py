@@ -21,7 +21,7 @@ from crawler_bench.benchmark.summary import summarize_benchmark
 from crawler_bench.config.files import load_experiment
 from crawler_bench.config.schema import Experiment, RunConfig, override, to_mapping
 from crawler_bench.runs.store import NotARunError
-from crawler_bench.runs.sweep import Cell, run_cells
+from crawler_bench.runs.sweep import run_experiments
 
 WHOLE_RUN = "run"  # in place of a metric
 
@@ -80,12 +80,12 @@ def remake(folder: Path, hash_: str, *, jobs: int, quiet: bool) -> pd.DataFrame:
     key = {name: row[name] for name in ("agent", "mode", "regularization")}
     there = runs.loc[(runs[list(key)] == pd.Series(key)).all(axis=1), "seed"]  # not the seeds that failed
     seeds = [int(row["seed"])] if of_run else there.astype(int).tolist()
-    cells = [in_mode(Cell(entry.name, run, seed), str(row["mode"])) for seed in seeds]
+    experiment = Experiment(name=entry.name, run=in_mode(run, str(row["mode"])), seeds=seeds)
     with tempfile.TemporaryDirectory() as fresh:
-        outcomes = run_cells(cells, Path(fresh), jobs=jobs, quiet=quiet)
+        outcomes = run_experiments([experiment], Path(fresh), jobs=jobs, quiet=quiet)
         failed = [outcome.error for outcome in outcomes if outcome.error]
         if failed:
-            raise RuntimeError(f"{len(failed)} of {len(cells)} runs failed; the first: {failed[0]}")
+            raise RuntimeError(f"{len(failed)} of {len(outcomes)} runs failed; the first: {failed[0]}")
         new_runs, new_evaluations, _ = measured(outcomes, str(row["mode"]))
         new_curves = learning_curves(outcomes)
     if of_run:

@@ -1,5 +1,6 @@
 """Write results/benchmark/: tidy CSVs, tables, figures, trained policies, and what it all cost."""
 
+import itertools
 import json
 import time
 from collections.abc import Callable, Sequence
@@ -31,6 +32,7 @@ from crawler_bench.paper import figures
 from crawler_bench.runs import store
 from crawler_bench.runs.evaluation import read_evaluation
 from crawler_bench.runs.policy_files import Policy, write_policy
+from crawler_bench.runs.results import typical_run
 from crawler_bench.runs.sweep import Outcome
 from crawler_bench.runs.training import agent_file
 
@@ -129,19 +131,17 @@ Key = tuple[str, str, float]  # agent, mode, regularization
 
 
 def _representatives(found: Benchmark) -> dict[Key, Outcome]:
-    """For every agent, mode and regularization the run in the middle by reward."""
+    """The run to show for every agent, mode and regularization."""
     shown = {}
     groups: Any = found.runs.groupby(["agent", "mode", "regularization"])
     for (agent, mode, regularization), rows in groups:
-        ranked = rows.sort_values(["reward", "seed"])
-        seed = int(ranked.iloc[(len(ranked) - 1) // 2]["seed"])
-        for outcome in (each for outcomes in found.outcomes.values() for each in outcomes):
-            cell = outcome.cell
-            same = (cell.experiment, cell.config.environment.regularization, cell.seed)
-            measured = outcome.evaluation is not None and _is_mode(found, agent, mode, outcome)
-            if same == (agent, regularization, seed) and measured:
-                shown[agent, mode, regularization] = outcome
-                break
+        candidates = [
+            each
+            for each in itertools.chain(*found.outcomes.values())
+            if (each.cell.experiment, each.cell.config.environment.regularization) == (agent, regularization)
+            and _is_mode(found, agent, mode, each)
+        ]
+        shown[agent, mode, regularization] = typical_run(rows, candidates)
     return shown
 
 
@@ -153,7 +153,7 @@ def _is_mode(found: Benchmark, agent: str, mode: str, outcome: Outcome) -> bool:
 
 
 def _write_policies(found: Benchmark, shown: dict[Key, Outcome], folder: Path) -> None:
-    """The run in the middle of every agent and regularization, with its tables in all modes."""
+    """The run to show for every agent and regularization, with its tables in all modes."""
     folder.mkdir()
     probabilities = action_columns(found.tables)
     written = set()

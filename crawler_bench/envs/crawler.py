@@ -205,12 +205,23 @@ class CrawlerEnv(gym.Env[np.int64, np.int64]):
 
         With a course of another version, or one that was laid for other parameters, the crawler goes on from
         the state alone: to rounding, not to the last bit.
+
+        Raises:
+            ValueError: if a part is missing, has another shape or holds a number that is not finite.
         """
-        same_rows = np.shape(snapshot.get("course", ())) == self.memory[EPOCH:WORK].shape
+        if not isinstance(snapshot, dict):
+            raise ValueError(f"a crawler's state is a dictionary, not a {type(snapshot).__name__}")
+        state = _finite(snapshot, "state", self.memory[:STATE_ROWS].shape)
+        odometer = _finite(snapshot, "odometer", (3,))
+        rows, course = self.memory[EPOCH:WORK].shape, snapshot.get("course")
+        same_rows = isinstance(course, list) and len(course) == rows[0]
         keeps_course = same_rows and snapshot.get("parameters") == asdict(self.parameters)
-        self.memory[:STATE_ROWS] = snapshot["state"]
-        self.memory[ODOMETER, :3] = snapshot["odometer"]
-        self.memory[EPOCH:WORK] = snapshot["course"] if keeps_course else 0.0
+        laid = _finite(snapshot, "course", rows) if keeps_course else 0.0
+        try:
+            np.random.PCG64().state = snapshot["generator"]
+        except (KeyError, TypeError, ValueError, OverflowError) as error:
+            raise ValueError(f"the crawler's generator is not the state of a PCG64: {error!r}") from None
+        self.memory[:STATE_ROWS], self.memory[ODOMETER, :3], self.memory[EPOCH:WORK] = state, odometer, laid
         self.memory[EPOCH, CENTROID] = centroid(self.memory[DISPLACEMENT])
         self.memory[STRAIN, :-1] = np.diff(self.memory[DISPLACEMENT])
         self.np_random.bit_generator.state = snapshot["generator"]
@@ -241,3 +252,14 @@ class CrawlerEnv(gym.Env[np.int64, np.int64]):
 
     def __getstate__(self) -> dict[str, Any]:
         return self.__dict__ | {"_renderer": None, "_viewed_generator": None, "_generator_state": None}
+
+
+def _finite(snapshot: dict[str, Any], name: str, shape: tuple[int, ...]) -> NDArray[np.float64]:
+    """A part of a snapshot as an array of this shape."""
+    try:
+        values = np.array(snapshot[name], dtype=np.float64)
+    except (KeyError, TypeError, ValueError, OverflowError):
+        values = np.empty(0)
+    if values.shape != shape or not np.isfinite(values).all():
+        raise ValueError(f"the crawler's {name} must be finite numbers of the shape {shape}")
+    return values

@@ -38,12 +38,17 @@ def rollout(
         start: seed of the warm-up and of the noise; the same for every policy that is compared, so that all
             meet the same starts and the same errors.
         policy_seed: seed of the draws of a stochastic policy.
+
+    Raises:
+        ValueError: if the table has another shape.
     """
     seeds = np.random.SeedSequence(start)
     generators = [np.random.default_rng(seed) for seed in seeds.spawn(2)]
     generators.append(np.random.default_rng([policy_seed, *start]))
     start_rng, noise_rng, policy_rng = (live_state(generator) for generator in generators)
     n = parameters.n_segments
+    if table.shape != (n, n):
+        raise ValueError(f"a table of {n} x {n} probabilities is needed, not of the shape {table.shape}")
     memory, quiet = make_memory(n), make_task(parameters)
     first = begin(memory, quiet, start_rng)
     uniform = np.cumsum(np.full((n, n), 1.0 / n), axis=1)
@@ -77,7 +82,7 @@ def _crawl(
     for t in range(actions.size):
         row = cumulative[observation]
         drawn, action = random(policy_rng) * row[-1], 0
-        while row[action] <= drawn:
+        while action < row.size - 1 and row[action] <= drawn:  # any table: an index never leaves its row
             action += 1
         observation = decide(memory, action, task, noise_rng).observation
         actions[t] = action
