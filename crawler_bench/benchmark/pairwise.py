@@ -104,7 +104,7 @@ def _compare(first: Array, second: Array) -> dict[str, object]:
     known = np.isfinite(first) & np.isfinite(second)
     a, b = first[known], second[known]
     difference = estimates.paired_difference(a, b)
-    relative = estimates.relative_excess(a, b) if (b > 0).all() else estimates.estimate([])
+    relative = estimates.relative_excess(a, b) if (b > 0).all() else estimates.UNKNOWN
     improvement = estimates.improvement(a, b)
     return {
         "difference": difference.value, "low": difference.low, "high": difference.high, "n": difference.n,
@@ -131,7 +131,7 @@ def _cross(first: pd.DataFrame | None, second: pd.DataFrame | None) -> Crossing 
 
 
 def _describe(crossing: Crossing | None) -> dict[str, object]:
-    found = crossing or Crossing(estimates.estimate([]), math.nan, "")
+    found = crossing or Crossing(estimates.UNKNOWN, math.nan, "")
     return {
         "crossover": found.noise.value, "crossover_low": found.noise.low,
         "crossover_high": found.noise.high, "crossover_share": found.share, "overtakes": found.overtakes,
