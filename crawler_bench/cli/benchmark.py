@@ -101,9 +101,9 @@ def tune(
     quiet: Quiet = False,
 ) -> None:
     """Search an agent's settings with Optuna; interrupted, the same command goes on."""
-    from crawler_bench.benchmark.keys import write_csv
     from crawler_bench.config.files import config_folder, load_tuning
     from crawler_bench.config.schema import to_yaml
+    from crawler_bench.output.csv_files import write_csv
     from crawler_bench.runs.tuning import tune as search
 
     path = Path(agent) if agent.endswith((".yaml", ".yml")) else config_folder() / "tuning" / f"{agent}.yaml"

@@ -26,26 +26,34 @@ def _wide_console() -> Console:
 
 def print_claims(claims: "pd.DataFrame") -> None:
     """Print claims with their verdicts, and how many there are of each verdict."""
-    from crawler_bench.report.blocks import interval, short, verdict_counts
+    from crawler_bench.output.cells import format_interval, format_number
+    from crawler_bench.paper.tables import verdict_counts
 
     wide = _wide_console()
     table = Table("claim", "paper", "ours", "95 % interval", "n", "verdict")
     for row in claims.to_dict("records"):
         coloured = f"[{VERDICT_COLOURS.get(row['verdict'], 'dim')}]{row['verdict']}[/]"
-        between = interval(row["low"], row["high"])
-        table.add_row(row["claim"], short(row["paper"]), short(row["ours"]), between, str(row["n"]), coloured)
+        between = format_interval(row["low"], row["high"])
+        table.add_row(
+            row["claim"],
+            format_number(row["paper"]),
+            format_number(row["ours"]),
+            between,
+            str(row["n"]),
+            coloured,
+        )
     wide.print(table)
     wide.print(verdict_counts(claims))
 
 
 def print_frame(frame: "pd.DataFrame") -> None:
     """Print a frame as a table, numbers in short."""
-    from crawler_bench.report.blocks import short
+    from crawler_bench.output.cells import format_number
 
     wide = _wide_console()
     table = Table(*map(str, frame.columns))
     for row in frame.itertuples(index=False):
-        table.add_row(*(str(value) if isinstance(value, str) else short(value) for value in row))
+        table.add_row(*(str(value) if isinstance(value, str) else format_number(value) for value in row))
     wide.print(table)
 
 

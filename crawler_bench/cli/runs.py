@@ -47,7 +47,7 @@ def evaluate(
     ] = None,
 ) -> None:
     """Measure trained runs or shared policies: policy table, speed, cycle duration, speed against noise."""
-    from crawler_bench.benchmark.keys import write_csv
+    from crawler_bench.output.csv_files import write_csv
     from crawler_bench.runs.results import tabulate
 
     overrides = evaluation_overrides(set_)

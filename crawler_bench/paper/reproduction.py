@@ -11,16 +11,19 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
-from crawler_bench.benchmark.keys import write_csv
 from crawler_bench.config.schema import Experiment
 from crawler_bench.gait import metrics
 from crawler_bench.gait.record import Record
 from crawler_bench.gait.rollout import rollout
-from crawler_bench.output import animation
-from crawler_bench.paper import figures
+from crawler_bench.output import animation, kymographs, style
+from crawler_bench.output.csv_files import write_csv
 from crawler_bench.paper.claims import CLAIMS, noise_crossover
+from crawler_bench.paper.figure_1 import fig_1a
+from crawler_bench.paper.figure_2 import learning, policies
+from crawler_bench.paper.figure_3 import cycle_durations, power_by_phase, speed_against_noise
+from crawler_bench.paper.figure_s1 import untrained
+from crawler_bench.paper.tables import claims_table, verdict_counts
 from crawler_bench.paper.verdicts import Claim, Results, judge_claims
-from crawler_bench.report import blocks
 from crawler_bench.runs import store
 from crawler_bench.runs.evaluation import Evaluation, read_evaluation
 from crawler_bench.runs.results import read_outcomes, typical_run
@@ -93,7 +96,7 @@ def _write_all(
     started = time.time()
     claims = found.claims(options=options)
     write_csv(claims, folder / "claims.csv")
-    (folder / "claims.md").write_text(f"{blocks.verdict_counts(claims)}\n\n{blocks.claims_table(claims)}\n")
+    (folder / "claims.md").write_text(f"{verdict_counts(claims)}\n\n{claims_table(claims)}\n")
     order = ["experiment", "regularization", "seed"]
     write_csv(found.runs.sort_values(order, kind="stable"), folder / "runs.csv")
     write_csv(found.evaluations, folder / "evaluations.csv")
@@ -101,7 +104,7 @@ def _write_all(
     _write_policies(found, folder / "policies")
     say("drawing the figures")
     for name, figure in _figures(found).items():
-        figures.save(figure, folder, name)
+        style.save(figure, folder, name)
     for gait in GAITS:
         say(f"filming the {gait} gait")
         record = representative(found, gait)[1].gait
@@ -149,21 +152,21 @@ def _figures(found: Reproduction) -> dict[str, Figure]:
     crossing, _ = noise_crossover(Results(found.runs, found.evaluations))
     snapshots = {gait: _snapshots(outcome) for gait, (outcome, _) in shown.items()}
     return {
-        "fig_1a": figures.fig_1a(),
-        "fig_2a": figures.gait(gaits["regularized"], "Fig. 2A. Regularized gait (ε = 0.01)"),
-        "fig_2b": figures.gait(gaits["unregularized"], "Fig. 2B. Unregularized gait (ε = 0)"),
-        "fig_2c": figures.policies(
+        "fig_1a": fig_1a(),
+        "fig_2a": kymographs.gait(gaits["regularized"], "Fig. 2A. Regularized gait (ε = 0.01)"),
+        "fig_2b": kymographs.gait(gaits["unregularized"], "Fig. 2B. Unregularized gait (ε = 0)"),
+        "fig_2c": policies(
             {gait: evaluation.table for gait, (_, evaluation) in shown.items()},
             {gait: metrics.visited_observations(record) for gait, record in gaits.items()},
         ),
-        "fig_3a": figures.power_by_phase(phased),
-        "fig_3b": figures.cycle_durations(found.cycles[found.cycles["experiment"].isin(GAITS)]),
-        "fig_3c": figures.speed_against_noise(
+        "fig_3a": power_by_phase(phased),
+        "fig_3b": cycle_durations(found.cycles[found.cycles["experiment"].isin(GAITS)]),
+        "fig_3c": speed_against_noise(
             found.evaluations[found.evaluations["experiment"].isin((*GAITS, "untrained"))],
             (crossing.value, crossing.low, crossing.high),
         ),
-        "fig_s1": figures.untrained(_untrained_record(found)),
-        "fig_learning": figures.learning(snapshots, _distances(found)),
+        "fig_s1": untrained(_untrained_record(found)),
+        "fig_learning": learning(snapshots, _distances(found)),
     }  # fmt: skip
 
 

@@ -7,11 +7,13 @@ import pandas as pd
 import pytest
 
 from crawler_bench.benchmark.benchmark import require_comparable, run_benchmark
-from crawler_bench.benchmark.keys import RUN, read_csv, rounded
-from crawler_bench.benchmark.reproduce_cell import Hasher, remake
+from crawler_bench.benchmark.cell_hash import Hasher
+from crawler_bench.benchmark.keys import RUN
+from crawler_bench.benchmark.reproduce_cell import remake
 from crawler_bench.benchmark.results import write_benchmark
 from crawler_bench.benchmark.summary import METRICS, summarize_benchmark
 from crawler_bench.config.schema import ConfigError, Experiment, RunConfig, override
+from crawler_bench.output.csv_files import read_csv, rounded
 from crawler_bench.runs import evaluation, policy_files, store
 
 SHORT = {

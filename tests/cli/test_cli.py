@@ -13,8 +13,7 @@ import pandas as pd
 import pytest
 
 from crawler_bench import cli
-from crawler_bench.output import animation
-from crawler_bench.paper import figures
+from crawler_bench.output import animation, style
 from crawler_bench.runs import training
 
 ROOT = Path(cli.__file__).parents[2]
@@ -231,7 +230,7 @@ def ages(root: Path) -> dict[Path, int]:
 def test_reproduce_again_trains_nothing_and_gives_the_same_bytes(reproduced, monkeypatch):
     """Without the pictures, which take most of the time and are the same by their own tests."""
     monkeypatch.setattr(training, "make_agent", None)
-    monkeypatch.setattr(figures, "save", lambda *arguments: None)
+    monkeypatch.setattr(style, "save", lambda *arguments: None)
     monkeypatch.setattr(animation, "animate", lambda *arguments: None)
     words = ("--out", reproduced / "again", "--runs", reproduced / "runs")
     assert crawler_bench("reproduce", *SMOKE, *words)[0] == 0
