@@ -14,7 +14,7 @@ from importlib.metadata import PackageNotFoundError, version
 import pandas as pd
 import torch
 
-from crawler_bench.benchmark.keys import write_csv
+from crawler_bench.output.csv_files import write_csv
 from crawler_bench.output.style import save
 from crawler_bench.runs.store import write_manifest
 from speed import counts, environments, figures, learning, physics, scaling

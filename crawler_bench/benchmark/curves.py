@@ -4,11 +4,9 @@ import math
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
 from crawler_bench.benchmark.keys import LEARNER, RUN
-
-Array = NDArray[np.float64]
+from crawler_bench.statistics.estimates import Array
 
 SMOOTHING = 5  # windows of a learning curve that are averaged, two on each side
 FINAL = 0.1  # share of the windows, at the end, whose mean is the final speed

@@ -8,30 +8,20 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
-from scipy.stats import norm, permutation_test
 from statsmodels.stats.multitest import multipletests
-from statsmodels.stats.power import TTestPower
 
 from crawler_bench.benchmark.curves import noise_curves
 from crawler_bench.benchmark.summary import GROUP, measure_runs, metric
 from crawler_bench.statistics import estimates
-from crawler_bench.statistics.estimates import Estimate
+from crawler_bench.statistics.estimates import Array, Estimate
+from crawler_bench.statistics.significance import ALPHA, permutation_p, seeds_needed
 
-Array = NDArray[np.float64]
 Key = tuple[str, str, float]  # agent, mode, regularization
 
 COMPARED = ("speed", "reward", "noise_area", "cycle_duration")
 OWN = ("reward",)  # what each regularization counts in its own way: not compared between two
-ALPHA = 0.05
-POWER = 0.8
-WORTHWHILE = 0.1  # difference to be found, relative to the second's mean
-SMALL = (
-    0.01  # effect, in standard deviations, from which down a t-test is a normal one; the solver fails below
-)
 SIDES = ("first", "second")
 FAMILY = ["metric", "first_regularization", "second_regularization"]  # tests that are corrected together
-_SEED = 20201122  # of the permutations, where there are too many for all of them
 
 
 @dataclass(frozen=True)
@@ -114,7 +104,7 @@ def _compare(first: Array, second: Array) -> dict[str, object]:
     known = np.isfinite(first) & np.isfinite(second)
     a, b = first[known], second[known]
     difference = estimates.paired_difference(a, b)
-    relative = estimates.relative_excess(a, b) if (b > 0).all() else estimates.estimate([])
+    relative = estimates.relative_excess(a, b) if (b > 0).all() else estimates.UNKNOWN
     improvement = estimates.improvement(a, b)
     return {
         "difference": difference.value, "low": difference.low, "high": difference.high, "n": difference.n,
@@ -124,48 +114,6 @@ def _compare(first: Array, second: Array) -> dict[str, object]:
         "improvement_high": improvement.high,
         "p": permutation_p(a, b), "seeds_needed": seeds_needed(a, b),
     }  # fmt: skip
-
-
-def permutation_p(first: Array, second: Array) -> float:
-    """Two-sided p of the mean difference of paired runs under all exchanges within pairs; NaN without runs.
-
-    n paired runs have 2^n exchanges: all are tried up to n = 13, a seeded sample of them beyond. With n = 5
-    or fewer no difference whatever can reach 0.05.
-    """
-    if first.size < 2:
-        return 1.0 if first.size else math.nan
-
-    def mean_difference(x: Array, y: Array, axis: int) -> Array:
-        return np.asarray(x.mean(axis=axis) - y.mean(axis=axis))
-
-    found = permutation_test(
-        (first, second), mean_difference, permutation_type="samples", vectorized=True,
-        n_resamples=estimates.RESAMPLES, rng=np.random.default_rng(_SEED),
-    )  # fmt: skip
-    return float(found.pvalue)
-
-
-def seeds_needed(first: Array, second: Array) -> float:
-    """Paired seeds with which a difference of 10 % would be found.
-
-    That is, a difference of 10 % of the second's mean, by a paired two-sided t-test at 0.05 with a power of
-    80 %, if differences spread as they do here. At least 2, which is the answer where they do not
-    spread at all; NaN with fewer than 2 runs, or where 10 % of the second's mean is nothing.
-    """
-    if first.size < 2:
-        return math.nan
-    spread, sought = float(np.std(first - second, ddof=1)), WORTHWHILE * abs(float(second.mean()))
-    if sought == 0:
-        return math.nan
-    effect = sought / spread if spread > 0 else math.inf
-    if effect < SMALL:
-        return float(math.ceil((norm.isf(ALPHA / 2) + norm.ppf(POWER)) ** 2 / effect**2))
-    test = TTestPower()
-    if effect < 1:
-        return float(math.ceil(test.solve_power(effect_size=effect, power=POWER, alpha=ALPHA)))
-    # The solver fails below 3 seeds; 12 are enough for any effect of 1. Above 30, 2 seeds are.
-    few = (n for n in range(2, 13) if effect > 30 or test.power(effect, n, ALPHA) >= POWER)
-    return float(next(few))
 
 
 def _cross(first: pd.DataFrame | None, second: pd.DataFrame | None) -> Crossing | None:
@@ -183,7 +131,7 @@ def _cross(first: pd.DataFrame | None, second: pd.DataFrame | None) -> Crossing 
 
 
 def _describe(crossing: Crossing | None) -> dict[str, object]:
-    found = crossing or Crossing(estimates.estimate([]), math.nan, "")
+    found = crossing or Crossing(estimates.UNKNOWN, math.nan, "")
     return {
         "crossover": found.noise.value, "crossover_low": found.noise.low,
         "crossover_high": found.noise.high, "crossover_share": found.share, "overtakes": found.overtakes,

@@ -4,11 +4,7 @@ A hash stands for the configuration, the mode, the seeds and the metric of a cel
 does not change with the code, so that what the code made of it then can be held against what it makes now.
 """
 
-import hashlib
-import json
 import tempfile
-from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -16,43 +12,14 @@ import numpy as np
 import pandas as pd
 
 from crawler_bench.benchmark.benchmark import in_mode, learning_curves, measured
-from crawler_bench.benchmark.keys import RUN, read_csv, rounded
+from crawler_bench.benchmark.cell_hash import Hasher
+from crawler_bench.benchmark.keys import RUN
 from crawler_bench.benchmark.summary import summarize_benchmark
 from crawler_bench.config.files import load_experiment
-from crawler_bench.config.schema import Experiment, RunConfig, override, to_mapping
+from crawler_bench.config.schema import Experiment, override
+from crawler_bench.output.csv_files import read_csv, rounded
 from crawler_bench.runs.store import NotARunError
-from crawler_bench.runs.sweep import Cell, run_cells
-
-WHOLE_RUN = "run"  # in place of a metric
-
-
-def cell_hash(entry: str, config: RunConfig, mode: str, seeds: Sequence[int], metric: str) -> str:
-    """Eight digits that stand for a cell."""
-    content = to_mapping(override(config, {"evaluation.mode": mode}, "cell"))
-    content |= {"entry": entry, "seeds": list(seeds), "metric": metric}
-    return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()[:8]
-
-
-@dataclass(frozen=True)
-class Hasher:
-    """Hashes of cells and runs.
-
-    Attributes:
-        entries: the experiments by name.
-    """
-
-    entries: dict[str, Experiment]
-
-    def __call__(self, agent: str, mode: str, regularization: float, metric: str) -> str:
-        """Hash of a table cell."""
-        return cell_hash(agent, self._run(agent, regularization), mode, self.entries[agent].seeds, metric)
-
-    def of_run(self, agent: str, mode: str, regularization: float, seed: int) -> str:
-        """Hash of a single run."""
-        return cell_hash(agent, self._run(agent, regularization), mode, [seed], WHOLE_RUN)
-
-    def _run(self, agent: str, regularization: float) -> RunConfig:
-        return override(self.entries[agent].run, {"regularization": regularization}, agent)
+from crawler_bench.runs.sweep import run_experiments
 
 
 def remake(folder: Path, hash_: str, *, jobs: int, quiet: bool) -> pd.DataFrame:
@@ -80,12 +47,12 @@ def remake(folder: Path, hash_: str, *, jobs: int, quiet: bool) -> pd.DataFrame:
     key = {name: row[name] for name in ("agent", "mode", "regularization")}
     there = runs.loc[(runs[list(key)] == pd.Series(key)).all(axis=1), "seed"]  # not the seeds that failed
     seeds = [int(row["seed"])] if of_run else there.astype(int).tolist()
-    cells = [in_mode(Cell(entry.name, run, seed), str(row["mode"])) for seed in seeds]
+    experiment = Experiment(name=entry.name, run=in_mode(run, str(row["mode"])), seeds=seeds)
     with tempfile.TemporaryDirectory() as fresh:
-        outcomes = run_cells(cells, Path(fresh), jobs=jobs, quiet=quiet)
+        outcomes = run_experiments([experiment], Path(fresh), jobs=jobs, quiet=quiet)
         failed = [outcome.error for outcome in outcomes if outcome.error]
         if failed:
-            raise RuntimeError(f"{len(failed)} of {len(cells)} runs failed; the first: {failed[0]}")
+            raise RuntimeError(f"{len(failed)} of {len(outcomes)} runs failed; the first: {failed[0]}")
         new_runs, new_evaluations, _ = measured(outcomes, str(row["mode"]))
         new_curves = learning_curves(outcomes)
     if of_run:

@@ -1,40 +1,35 @@
 """Write results/benchmark/: tidy CSVs, tables, figures, trained policies, and what it all cost."""
 
+import itertools
 import json
 import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
 from crawler_bench.benchmark.benchmark import Benchmark
-from crawler_bench.benchmark.figures import every
-from crawler_bench.benchmark.keys import RUN, action_columns, read_csv, rounded, write_csv
+from crawler_bench.benchmark.cell_hash import Hasher
+from crawler_bench.benchmark.figures import curves, policies, scores
+from crawler_bench.benchmark.keys import RUN, action_columns
 from crawler_bench.benchmark.pairwise import compare
-from crawler_bench.benchmark.reproduce_cell import Hasher
 from crawler_bench.benchmark.summary import summarize_benchmark
 from crawler_bench.benchmark.tables import cost_sentence, write_tables
-from crawler_bench.benchmark.temperature import (
-    absorptions,
-    escapes,
-    speed_against_temperature,
-    stuck_observations,
-    traps,
-)
+from crawler_bench.benchmark.temperature import speed_against_temperature
+from crawler_bench.benchmark.traps import absorptions, escapes, stuck_observations, traps
 from crawler_bench.config.schema import Experiment, to_yaml
 from crawler_bench.gait.record import Record
-from crawler_bench.paper import figures
+from crawler_bench.output import style
+from crawler_bench.output.csv_files import read_csv, rounded, write_csv
 from crawler_bench.runs import store
 from crawler_bench.runs.evaluation import read_evaluation
 from crawler_bench.runs.policy_files import Policy, write_policy
+from crawler_bench.runs.results import typical_run
 from crawler_bench.runs.sweep import Outcome
 from crawler_bench.runs.training import agent_file
-
-Array = NDArray[np.float64]
+from crawler_bench.statistics.estimates import Array
 
 EXPLAINED_STARTS = 4
 EVALUATED = [*RUN, "noise", "start", "speed", "reward", "stalled"]  # what evaluations.csv keeps of a start
@@ -69,7 +64,7 @@ def write_benchmark(
         _write_policies(found, shown, draft / "policies")
         say("drawing the figures")
         for name, figure in _figures(found, explained, shares, shown).items():
-            figures.save(figure, draft, name)
+            style.save(figure, draft, name)
         cost = _cost(found)
         store.write_command(draft)
         store.write_manifest(draft, started, cost=cost)
@@ -129,19 +124,17 @@ Key = tuple[str, str, float]  # agent, mode, regularization
 
 
 def _representatives(found: Benchmark) -> dict[Key, Outcome]:
-    """For every agent, mode and regularization the run in the middle by reward."""
+    """The run to show for every agent, mode and regularization."""
     shown = {}
     groups: Any = found.runs.groupby(["agent", "mode", "regularization"])
     for (agent, mode, regularization), rows in groups:
-        ranked = rows.sort_values(["reward", "seed"])
-        seed = int(ranked.iloc[(len(ranked) - 1) // 2]["seed"])
-        for outcome in (each for outcomes in found.outcomes.values() for each in outcomes):
-            cell = outcome.cell
-            same = (cell.experiment, cell.config.environment.regularization, cell.seed)
-            measured = outcome.evaluation is not None and _is_mode(found, agent, mode, outcome)
-            if same == (agent, regularization, seed) and measured:
-                shown[agent, mode, regularization] = outcome
-                break
+        candidates = [
+            each
+            for each in itertools.chain(*found.outcomes.values())
+            if (each.cell.experiment, each.cell.config.environment.regularization) == (agent, regularization)
+            and _is_mode(found, agent, mode, each)
+        ]
+        shown[agent, mode, regularization] = typical_run(rows, candidates)
     return shown
 
 
@@ -153,7 +146,7 @@ def _is_mode(found: Benchmark, agent: str, mode: str, outcome: Outcome) -> bool:
 
 
 def _write_policies(found: Benchmark, shown: dict[Key, Outcome], folder: Path) -> None:
-    """The run in the middle of every agent and regularization, with its tables in all modes."""
+    """The run to show for every agent and regularization, with its tables in all modes."""
     folder.mkdir()
     probabilities = action_columns(found.tables)
     written = set()
@@ -201,14 +194,14 @@ def _figures(
             gaits[f"{agent}, {mode}"] = read_evaluation(outcome.evaluation).gait
     agents = list(dict.fromkeys(found.runs["agent"]))  # so that each keeps its colour in every figure
     return {
-        "speeds": every.speeds(found.runs),
-        "cycle_durations": every.cycle_durations(found.cycles, found.runs),
-        "noise": every.noise_curves(found.evaluations),
-        "learning_curves": every.learning_curves(found.curves, found.runs, agents),
-        "policies": every.policy_matrices(found.tables, found.runs),
-        "gaits": every.gaits(gaits),
-        "softening": every.softening(explained["softening"], explained["stuck"], agents),
-        "traps": every.trap_matrix(shares),
+        "speeds": scores.speeds(found.runs),
+        "cycle_durations": scores.cycle_durations(found.cycles, found.runs),
+        "noise": curves.noise_curves(found.evaluations),
+        "learning_curves": curves.learning_curves(found.curves, found.runs, agents),
+        "policies": policies.policy_matrices(found.tables, found.runs),
+        "gaits": policies.gaits(gaits),
+        "softening": curves.softening(explained["softening"], explained["stuck"], agents),
+        "traps": policies.trap_matrix(shares),
     }
 
 

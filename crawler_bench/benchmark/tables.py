@@ -10,9 +10,9 @@ from typing import Any
 
 import pandas as pd
 
-from crawler_bench.benchmark.keys import read_csv
 from crawler_bench.benchmark.summary import metric
-from crawler_bench.output.cells import cell, interval, short
+from crawler_bench.output.cells import format_cell, format_interval, format_number, markdown
+from crawler_bench.output.csv_files import read_csv
 from crawler_bench.output.latex import latex
 from crawler_bench.statistics.estimates import RESAMPLES
 
@@ -46,7 +46,7 @@ def _wide(summary: pd.DataFrame, metrics: tuple[str, ...]) -> pd.DataFrame:
     """One column a metric, under its heading, in full cells; rows by regularization, then as they stand."""
     cells = summary.assign(
         cell=[
-            cell(row["value"], row["low"], row["high"], row["n"], row["hash"])
+            format_cell(row["value"], row["low"], row["high"], row["n"], row["hash"])
             for row in summary.astype({"hash": object}).to_dict("records")
         ]
     )
@@ -69,11 +69,11 @@ def pairs_table(pairs: pd.DataFrame) -> pd.DataFrame:
             "metric": metric(row["metric"]).heading,
             "first": _side(row, "first"),
             "second": _side(row, "second"),
-            "first minus second": cell(row["difference"], row["low"], row["high"], row["n"]),
+            "first minus second": format_cell(row["difference"], row["low"], row["high"], row["n"]),
             "P(first > second)": _bare(*improvement).removesuffix(" [no spread]"),
-            "p": short(row["p"]),
-            "p, Holm": short(row["p_holm"]),
-            "p, FDR": short(row["p_fdr"]),
+            "p": format_number(row["p"]),
+            "p, Holm": format_number(row["p_holm"]),
+            "p, FDR": format_number(row["p_fdr"]),
             "curves cross at s": _bare(*crossing) + _winner(row["overtakes"]),
             "seeds for 10 %": _seeds(row["seeds_needed"], row["degenerate"]),
         })  # fmt: skip
@@ -91,13 +91,13 @@ def _winner(overtakes: object) -> str:
 
 def _bare(value: float, low: float, high: float) -> str:
     """A cell whose n stands beside it."""
-    return cell(value, low, high, 0).removesuffix(" (0)")
+    return format_cell(value, low, high, 0).removesuffix(" (0)")
 
 
 def _seeds(needed: float, degenerate: bool) -> str:
     if degenerate and needed == 2:
         return "no spread"
-    return f"> {MANY}" if needed > MANY else short(needed)
+    return f"> {MANY}" if needed > MANY else format_number(needed)
 
 
 def learned(runs: pd.DataFrame) -> pd.DataFrame:
@@ -116,14 +116,9 @@ def learned(runs: pd.DataFrame) -> pd.DataFrame:
         rows.append({
             "regularization": f"{regularization:g}", "agent": agent, "mode": mode,
             "most common policy": f"`{counts.index[0]}`", "runs": f"{counts.iloc[0]} of {len(found)}",
-            "share": short(counts.iloc[0] / len(found)), "different policies": str(len(counts)),
+            "share": format_number(counts.iloc[0] / len(found)), "different policies": str(len(counts)),
         })  # fmt: skip
     return pd.DataFrame(rows).sort_values("regularization", kind="stable", ignore_index=True)
-
-
-def markdown(frame: pd.DataFrame) -> str:
-    """A formatted frame as a Markdown table."""
-    return frame.to_markdown(index=False, disable_numparse=True)
 
 
 def write_tables(summary: pd.DataFrame, pairs: pd.DataFrame, runs: pd.DataFrame, folder: Path) -> None:
@@ -157,9 +152,12 @@ def compact(summary: pd.DataFrame) -> pd.DataFrame:
         row = {"regularization": f"{regularization:g}", "agent": agent, "mode": mode, "n": str(n)}
         for name in COMPARISON:
             each = of[name]
-            text = short(each["value"])
+            text = format_number(each["value"])
             if name == "speed":
-                row |= {metric(name).heading: text, "95 % interval": interval(each["low"], each["high"])}
+                row |= {
+                    metric(name).heading: text,
+                    "95 % interval": format_interval(each["low"], each["high"]),
+                }
             else:  # fewer runs than the row's: some have no such number
                 row[metric(name).heading] = text if each["n"] in (n, 0) else f"{text} ({each['n']})"
         rows.append(row)
@@ -180,8 +178,8 @@ def matrix(pairs: pd.DataFrame, regularization: float, name: str = "reward") -> 
     for row in chosen.to_dict("records"):
         one, other = (f"{row[f'{side}_agent']}, {row[f'{side}_mode']}" for side in ("first", "second"))
         star = " **" if row["p_holm"] < SIGNIFICANT else " *" if row["p_fdr"] < SIGNIFICANT else ""
-        cells.setdefault(one, {})[other] = short(row["improvement"]) + star
-        cells.setdefault(other, {})[one] = short(1 - row["improvement"]) + star
+        cells.setdefault(one, {})[other] = format_number(row["improvement"]) + star
+        cells.setdefault(other, {})[one] = format_number(1 - row["improvement"]) + star
     names = list(cells)
     frame = pd.DataFrame([[cells[one].get(other, "") for other in names] for one in names], columns=names)
     frame.insert(0, f"regularization {regularization:g}", names)
@@ -194,8 +192,8 @@ def floor(pairs: pd.DataFrame) -> str:
     seeds, count = int(tested["n"].max()), int(tested["first_regularization"].value_counts().max())
     least = max(2.0 ** (1 - seeds), 1 / (RESAMPLES + 1))  # all signs, or as many as were drawn
     return (
-        f"With {seeds} paired seeds p is at least {short(least)}, and Holm's over {count} pairs at least "
-        f"{short(min(1.0, count * least))}."
+        f"With {seeds} paired seeds p is at least {format_number(least)}, "
+        f"and Holm's over {count} pairs at least {format_number(min(1.0, count * least))}."
     )
 
 

@@ -20,12 +20,12 @@ from crawler_bench.output.style import (
     LIGHT_GREEN,
     ORANGE,
     RANK,
-    Array,
     new_figure,
     part_ticks,
     show_missing,
     tidy,
 )
+from crawler_bench.statistics.estimates import Array
 
 OBSERVATION_LABEL = "most contracted segment\n(observation)"
 ACTION_LABEL = "neuron ON (action)"

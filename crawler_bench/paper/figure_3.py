@@ -14,15 +14,15 @@ from crawler_bench.output.style import (
     EXPERIMENT_COLOURS,
     INK,
     NODES,
-    Array,
+    SPEED_LABEL,
+    SPEED_SCALE,
     new_figure,
     part_ticks,
     show_missing,
     tidy,
 )
 from crawler_bench.statistics import estimates
-
-SPEED_SCALE = 1e3  # speeds are drawn in 10^-3 L / tau_theta
+from crawler_bench.statistics.estimates import Array
 
 
 def power_by_phase(phased: Mapping[str, Array]) -> Figure:
@@ -138,7 +138,7 @@ def speed_against_noise(evaluations: pd.DataFrame, crossover: tuple[float, float
         if np.isfinite([low, high]).all():
             axes.axvspan(low, high, color=INK, alpha=0.1, lw=0, label="95 % interval of this crossover")
     axes.set_xlabel("largest error $s$ of a sensed strain (noise)")
-    axes.set_ylabel(r"speed ($10^{-3}\,L/\tau_\theta$)")
+    axes.set_ylabel(SPEED_LABEL)
     axes.margins(x=0.01)
     tidy(axes, "Mean over training runs with its 95 % interval; faint: each run")
     axes.set_ylim(bottom=min(0.0, axes.get_ylim()[0]))

@@ -36,7 +36,7 @@ class Verdict(Enum):
 
 @dataclass(frozen=True)
 class Results:
-    """What the claims are judged by: see `crawler_bench.runs.sweep.read_outcomes`."""
+    """What the claims are judged by: see `crawler_bench.runs.results.read_outcomes`."""
 
     runs: pd.DataFrame
     evaluations: pd.DataFrame

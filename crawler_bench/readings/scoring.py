@@ -28,9 +28,7 @@ from numpy.typing import NDArray
 from crawler_bench.paper.claims import CLAIMS
 from crawler_bench.paper.verdicts import Claim, Kind, Results
 from crawler_bench.statistics import estimates
-from crawler_bench.statistics.estimates import Estimate
-
-Array = NDArray[np.float64]
+from crawler_bench.statistics.estimates import Array, Estimate
 
 NUMBER_TOLERANCE = 0.10  # of the paper's number
 SHARE_FULL, SHARE_TOLERANCE = 0.8, 0.2

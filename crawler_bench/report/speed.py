@@ -6,16 +6,17 @@ from typing import Any
 
 import pandas as pd
 
+from crawler_bench.output.cells import format_number, markdown
+
 NOT_MEASURED = "Not measured yet: `make bench`."
 Block = Callable[[], str]
 
 
-def blocks(folder: Path, short: Callable[[object], str]) -> dict[str, Block]:
+def blocks(folder: Path) -> dict[str, Block]:
     """Every generated block about speed by name.
 
     Args:
         folder: what `python -m speed` wrote, or not yet.
-        short: writes a number with few digits.
     """
 
     def block(make: Callable[..., pd.DataFrame], *names: str) -> Block:
@@ -23,8 +24,8 @@ def blocks(folder: Path, short: Callable[[object], str]) -> dict[str, Block]:
             paths = [folder / f"{name}.csv" for name in names]
             if not all(path.is_file() for path in paths):
                 return NOT_MEASURED
-            frame = make(*(pd.read_csv(path) for path in paths)).map(short)
-            return frame.to_markdown(index=False, disable_numparse=True)
+            frame = make(*(pd.read_csv(path) for path in paths)).map(format_number)
+            return markdown(frame)
 
         return text
 

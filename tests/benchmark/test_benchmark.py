@@ -7,11 +7,13 @@ import pandas as pd
 import pytest
 
 from crawler_bench.benchmark.benchmark import require_comparable, run_benchmark
-from crawler_bench.benchmark.keys import RUN, read_csv, rounded
-from crawler_bench.benchmark.reproduce_cell import Hasher, remake
+from crawler_bench.benchmark.cell_hash import Hasher
+from crawler_bench.benchmark.keys import RUN
+from crawler_bench.benchmark.reproduce_cell import remake
 from crawler_bench.benchmark.results import write_benchmark
 from crawler_bench.benchmark.summary import METRICS, summarize_benchmark
 from crawler_bench.config.schema import ConfigError, Experiment, RunConfig, override
+from crawler_bench.output.csv_files import read_csv, rounded
 from crawler_bench.runs import evaluation, policy_files, store
 
 SHORT = {
@@ -30,7 +32,7 @@ ENTRIES = [
     entry("random", "agents.reference:Random", decisions=0),
     entry("wave", "agents.reference:Wave", decisions=0),
     entry("table", "agents.qlearning:QLearning", decisions=6000),
-    entry("deep", "agents.ppo:PPO", decisions=128, crawlers=2, **SMALL_PPO),
+    entry("deep", "agents.deep:PPO", decisions=128, crawlers=2, **SMALL_PPO),
 ]
 
 

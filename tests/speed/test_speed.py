@@ -115,7 +115,7 @@ def test_the_documentation_is_made_of_it(folder: Path) -> None:
 
 
 def test_without_results_the_documentation_says_so(tmp_path: Path) -> None:
-    made = speed.blocks(tmp_path, blocks.short)
+    made = speed.blocks(tmp_path)
     assert {block() for block in made.values()} == {speed.NOT_MEASURED}
 
 

@@ -9,8 +9,6 @@ from matplotlib.figure import Figure
 
 from crawler_bench.benchmark.figures.looks import (
     REFERENCES,
-    SPEED_LABEL,
-    SPEED_SCALE,
     Look,
     band,
     draw_references,
@@ -22,10 +20,11 @@ from crawler_bench.benchmark.figures.looks import (
     regularization_colours,
     regularization_label,
     regularizations,
-    short,
+    truncate,
 )
-from crawler_bench.output.style import INK, Array, new_figure, show_missing, tidy
+from crawler_bench.output.style import INK, SPEED_LABEL, SPEED_SCALE, new_figure, show_missing, tidy
 from crawler_bench.statistics import estimates
+from crawler_bench.statistics.estimates import Array
 
 OVERTAKES = "from here on the strongest regularization is the faster one (shaded: 95 % interval)"
 
@@ -49,7 +48,7 @@ def noise_curves(evaluations: pd.DataFrame) -> Figure:
     colours, drawn = regularization_colours(values), {}
     for axes, (agent, mode) in zip(panels, pairs, strict=True):
         tidy(axes, "")
-        axes.set_title(f"{short(agent)}, {mode}", loc="left", fontsize=9, color=INK)
+        axes.set_title(f"{truncate(agent)}, {mode}", loc="left", fontsize=9, color=INK)
         chosen = of_runs[(of_runs["agent"] == agent) & (of_runs["mode"] == mode)]
         tables = {
             value: chosen[chosen["regularization"] == value].pivot(
@@ -217,7 +216,9 @@ def _draw_stuck(axes: Axes, stuck: pd.DataFrame, names: Sequence[str], look_of: 
             bar = ([middle.value - middle.low], [middle.high - middle.value])
             axes.errorbar(middle.value, row, xerr=bar, color=INK, marker="|", ms=11, capsize=2, lw=1)
     axes.set(
-        yticks=range(len(names)), yticklabels=[short(name) for name in names], ylim=(len(names) - 0.4, -0.6)
+        yticks=range(len(names)),
+        yticklabels=[truncate(name) for name in names],
+        ylim=(len(names) - 0.4, -0.6),
     )
     axes.set_xlim(-0.5, max(10.5, float(stuck["stuck"].max()) + 1 if len(stuck) else 0))
     axes.set_xlabel("fixed points of a run (dots; bar: interquartile mean)")
@@ -225,7 +226,7 @@ def _draw_stuck(axes: Axes, stuck: pd.DataFrame, names: Sequence[str], look_of: 
 
 def _line(agent: str, look: Look, every: int) -> dict[str, object]:
     """How to draw an agent's line."""
-    known = {"color": look.colour, "ls": look.dashes, "label": short(agent), "lw": 1.8}
+    known = {"color": look.colour, "ls": look.dashes, "label": truncate(agent), "lw": 1.8}
     if agent in REFERENCES:
         return known
     return known | {"marker": look.marker, "ms": 4.5, "markevery": every}

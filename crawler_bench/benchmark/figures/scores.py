@@ -10,17 +10,16 @@ from matplotlib.lines import Line2D
 
 from crawler_bench.benchmark.figures.looks import (
     REFERENCES,
-    SPEED_LABEL,
-    SPEED_SCALE,
     draw_references,
     modes_of,
     regularization_label,
     regularizations,
-    short,
+    truncate,
 )
 from crawler_bench.benchmark.keys import MODES
-from crawler_bench.output.style import BLUE, INK, ORANGE, Array, new_figure, tidy
+from crawler_bench.output.style import BLUE, INK, ORANGE, SPEED_LABEL, SPEED_SCALE, new_figure, tidy
 from crawler_bench.statistics import estimates
+from crawler_bench.statistics.estimates import Array
 
 MODE_LOOKS = {MODES[0]: (BLUE, "o"), MODES[1]: (ORANGE, "D")}
 _OTHER_MODE = ("#009E73", "s")
@@ -96,7 +95,7 @@ def _rows(runs: pd.DataFrame, title: str) -> tuple[Figure, list[Axes], dict[tupl
     for axes in panels:
         axes.set(
             yticks=list(ticks.values()),
-            yticklabels=[short(name) for name in ticks],
+            yticklabels=[truncate(name) for name in ticks],
             ylim=(place - 0.5, -0.65),
         )
         for one, other in zip(list(rows)[:-1], list(rows)[1:], strict=True):
