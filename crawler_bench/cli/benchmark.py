@@ -80,10 +80,10 @@ def reproduce_cell(
     jobs: Jobs = 0,
     quiet: Quiet = False,
 ) -> None:
-    """Make one cell of the tables anew and say: equal, within its interval, or different."""
-    from crawler_bench.benchmark.reproduce_cell import remake
+    """Re-run one cell of the tables from scratch and say: equal, within its interval, or different."""
+    from crawler_bench.benchmark.reproduce_cell import reproduce
 
-    made = remake(results, hash_, jobs=jobs, quiet=quiet)
+    made = reproduce(results, hash_, jobs=jobs, quiet=quiet)
     print_frame(made)
     counts = made["verdict"].value_counts()
     console.print(", ".join(f"{counts[verdict]} {verdict}" for verdict in counts.index))

@@ -27,9 +27,9 @@ class Scored:
         values: dotted key: value of its regularized run.
         free: names of its free constants.
         score: how it fares.
-        runs: a row a run, as `crawler_bench.runs.sweep.read_outcomes` gives them, with its speed at each
+        runs: one row per run, as `crawler_bench.runs.sweep.read_outcomes` gives them, with its speed at each
             amplitude of noise.
-        errors: what went wrong, a line a failed run.
+        errors: what went wrong, one line per failed run.
     """
 
     reading: Reading
