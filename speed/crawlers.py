@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 from crawler_bench.envs.batch import CrawlerBatch
 from crawler_bench.envs.randomness import live_state
 from crawler_bench.envs.transition import make_task
-from crawler_bench.physics.state import make_memory
 from crawler_bench.physics.parameters import CrawlerParameters
+from crawler_bench.physics.state import make_memory
 from speed.loops import crawl, record_diagonal
 
 NO_ACTIONS = np.empty(0, dtype=np.int64)

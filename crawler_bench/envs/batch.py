@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from crawler_bench.envs.transition import RUNNING, Packed, begin, decide, make_task, report
-from crawler_bench.physics.coefficients import as_floats, may_balance, stepping
+from crawler_bench.physics.coefficients import as_floats, stepping
 from crawler_bench.physics.compiled import kernel
 from crawler_bench.physics.parameters import CrawlerParameters
 from crawler_bench.physics.state import Array, make_memory, nodes_of, odometer_of

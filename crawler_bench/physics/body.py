@@ -79,7 +79,12 @@ def solve_sliding(nodes: Nodes, low: int, high: int, k: Coefficients) -> None:
 @kernel
 def eliminate(nodes: Nodes, low: int, high: int, k: Coefficients) -> None:
     """Forward half of the Thomas algorithm, for all three terms of w."""
-    above, above_f, above_r, coupling = 0.0, 0.0, 0.0, 0.0  # what the row before adds, and takes off the diagonal
+    above, above_f, above_r, coupling = (
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+    )  # what the row before adds, and takes off the diagonal
     for i in range(low, high + 1):
         node = nodes[i]
         if node.slip == STUCK:

@@ -68,9 +68,7 @@ def may_change(node: Node, outlook: Outlook, k: Coefficients) -> bool:
     end_f, end_r = o.end_sliding if sliding else o.end_stuck
     far_f, far_r = o.far_sliding if sliding else o.far_stuck
     end, far = fixed + m.as_e_f * end_f + m.as_r_f * end_r, fixed + m.as_e_f * far_f + m.as_r_f * far_r
-    lowest, highest = (
-        (k.tolerance, NEVER) if sliding else (k.tolerance - k.backward, k.forward - k.tolerance)
-    )
+    lowest, highest = (k.tolerance, NEVER) if sliding else (k.tolerance - k.backward, k.forward - k.tolerance)
     return not (min(end, far) > lowest and max(end, far) < highest)
 
 
@@ -110,9 +108,7 @@ def slip_time(node: Node, now: Response, end: Response, patient: bool, k: Coeffi
     if node.slip != STUCK:
         return crossing_time(Margin(m.constant, m.as_e_f, m.as_r_f, True), now, end, patient, k)
     above_backward = Margin(k.backward + m.constant, m.as_e_f, m.as_r_f, False)
-    below_forward = Margin(
-        k.forward + k.backward - above_backward.constant, -m.as_e_f, -m.as_r_f, False
-    )
+    below_forward = Margin(k.forward + k.backward - above_backward.constant, -m.as_e_f, -m.as_r_f, False)
     return min(
         crossing_time(above_backward, now, end, patient, k),
         crossing_time(below_forward, now, end, patient, k),
