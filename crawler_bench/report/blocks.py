@@ -86,7 +86,7 @@ def blocks(results: Path) -> dict[str, Callable[[], str]]:
     """Every generated block by name.
 
     Args:
-        results: the folder that `crawler-bench reproduce` wrote; speeds stand beside it, in `performance`,
+        results: the folder that `crawler-bench reproduce` wrote; speeds are beside it, in `speed`,
             and the comparison of agents in `benchmark`.
     """
 
@@ -99,7 +99,7 @@ def blocks(results: Path) -> dict[str, Callable[[], str]]:
         "not reproduced": lambda: not_reproduced(claims()),
         "runs": lambda: runs_table(pd.read_csv(results / "runs.csv", dtype={"policy": str})),
         "parameters": parameters_table,
-        **speed.blocks(results.parent / "performance", short),
+        **speed.blocks(results.parent / "speed", short),
         **readings_tables.blocks(results.parent / "readings"),
         **benchmark_tables.blocks(results.parent / "benchmark"),
     }
