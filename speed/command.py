@@ -6,7 +6,6 @@ import os
 import sys
 import time
 from collections.abc import Callable, Sequence
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
 import torch
@@ -21,7 +20,6 @@ PARTS: tuple[Callable[[Effort], list[Measurement]], ...] = (
     physics.against_batch, physics.memory, environments.single, environments.vector, learning.tabular,
     learning.shares, start_up.warm, start_up.cold,
 )  # fmt: skip
-PEERS = ("envpool", "mujoco")
 OUT = {False: Path("results/speed"), True: Path("results/smoke/speed")}
 
 
@@ -47,7 +45,7 @@ def main(words: Sequence[str] | None = None) -> int:
         print(f"{part.__module__}.{part.__name__}", flush=True)
     folder.mkdir(parents=True, exist_ok=True)
     facts = {"quick": effort.quick, "core": core, "load": [load, os.getloadavg()]}
-    write_manifest(folder, started, **facts, peers={name: _version(name) for name in PEERS})
+    write_manifest(folder, started, **facts)
     history = History(folder)
     history.append(json.loads((folder / "manifest.json").read_text()), measured)
     figures.draw(history, folder)
@@ -70,10 +68,3 @@ def use_one_core(pin: bool) -> int | None:
     core = max(os.sched_getaffinity(0))
     os.sched_setaffinity(0, {core})
     return core
-
-
-def _version(package: str) -> str | None:
-    try:
-        return version(package)
-    except PackageNotFoundError:
-        return None

@@ -1,7 +1,6 @@
 """Environments: steps per second through the interface that a learner uses."""
 
 import sys
-import warnings
 from collections.abc import Callable
 from importlib.util import find_spec
 from math import nan
@@ -16,7 +15,7 @@ from speed.measure import Effort, Measurement, Side, compare
 from speed.physics import diagonal_actions, random_actions
 
 STEP_OVER_CARTPOLE = 0.8
-OVER_SWIMMER = 30.0
+STEP_OVER_SWIMMER = 4.0
 BATCH_OVER_ONE = 8.0
 BATCH = 256
 UNIT = "steps"
@@ -30,11 +29,12 @@ def single(effort: Effort) -> list[Measurement]:
         compare(ours, cartpole, UNIT, effort, STEP_OVER_CARTPOLE)
         for ours in (diagonal, _crawler("random", random_actions(effort.decisions)))
     ]
-    if _is_installed("mujoco"):
-        moves = list(np.random.default_rng(0).uniform(-1, 1, (1000, 2)))
-        swimmer = Side("MuJoCo Swimmer-v5, gym.make", _replayed(gym.make("Swimmer-v5"), moves))
-        rows.append(compare(diagonal, swimmer, UNIT, effort))
-    return rows
+    if find_spec("mujoco") is None:
+        print("not measured: MuJoCo is missing, `pip install crawler-bench[speed]`", file=sys.stderr)
+        return rows
+    moves = list(np.random.default_rng(0).uniform(-1, 1, (1000, 2)))
+    swimmer = Side("MuJoCo Swimmer-v5, gym.make", _replayed(gym.make("Swimmer-v5"), moves))
+    return [*rows, compare(diagonal, swimmer, UNIT, effort, STEP_OVER_SWIMMER)]
 
 
 def _crawler(name: str, actions: NDArray[np.int64]) -> Side:
@@ -79,12 +79,7 @@ def vector(effort: Effort) -> list[Measurement]:
         _stepped(gym.make_vec("CartPole-v1", num_envs=BATCH), pushes), BATCH,
     )  # fmt: skip
     one = _crawler("random", random_actions(effort.decisions))
-    peers = [(one, BATCH_OVER_ONE), (cartpoles, nan)]
-    if _is_installed("envpool"):
-        strokes = rng.uniform(-1, 1, (64, 16, 2))
-        swimmers = Side("EnvPool Swimmer-v5, 16", _envpool("Swimmer-v5", strokes), 16)
-        poles = Side(f"EnvPool CartPole-v1, {BATCH}", _envpool("CartPole-v1", pushes.astype(np.int32)), BATCH)
-        peers += [(swimmers, OVER_SWIMMER), (poles, nan)]
+    peers = ((one, BATCH_OVER_ONE), (cartpoles, nan))
     return [compare(ours, peer, UNIT, effort, goal) for peer, goal in peers]
 
 
@@ -96,21 +91,3 @@ def _stepped(env: Any, actions: NDArray[Any]) -> Callable[[int], None]:
             env.step(actions[i % len(actions)])
 
     return work
-
-
-def _envpool(task: str, actions: NDArray[Any]) -> Callable[[int], None]:
-    import envpool
-
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # its spaces are rounded to single precision
-        env = envpool.make(task, env_type="gymnasium", num_envs=actions.shape[1], num_threads=1)
-    return _stepped(env, actions)
-
-
-def _is_installed(peer: str) -> bool:
-    if find_spec(peer) is None:
-        print(
-            f"not measured: {peer} is not installed, see `pip install crawler-bench[speed]`", file=sys.stderr
-        )
-        return False
-    return True

@@ -49,8 +49,7 @@ def test_every_kind_is_measured(folder: Path) -> None:
     assert (ratios["low"] <= ratios["value"]).all()
     assert (ratios["value"] <= ratios["high"]).all()
     assert (ratios["per_second"] > 0).all()
-    swimmers = ratios["against"].str.contains("Swimmer").sum()
-    assert swimmers == bool(find_spec("envpool")) + bool(find_spec("mujoco"))
+    assert ratios["against"].str.contains("Swimmer").any() == bool(find_spec("mujoco"))
 
 
 def test_the_commit_measured_has_a_row(folder: Path) -> None:
