@@ -11,7 +11,6 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
-from crawler_bench.physics.layout import DISPLACEMENT, FORCE, SLIP, VELOCITY, rest_state, workspace
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
@@ -21,6 +20,7 @@ from crawler_bench.physics.as_printed import force_on_nodes, laplacian_of_chain
 from crawler_bench.physics.body import BACKWARD, FORWARD, STUCK, balance_forces
 from crawler_bench.physics.coefficients import coefficients
 from crawler_bench.physics.crawler import advance
+from crawler_bench.physics.state import DISPLACEMENT, FORCE, SLIP, VELOCITY, rest_state, workspace
 
 Array = NDArray[np.float64]
 STIFFNESS = 3.51

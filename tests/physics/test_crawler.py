@@ -12,7 +12,6 @@ from math import pi
 
 import numpy as np
 import pytest
-from crawler_bench.physics.layout import DISPLACEMENT, DRIVE, FORCE, NEURON, VELOCITY, rest_state, workspace
 from hypothesis import Phase, given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
@@ -21,6 +20,7 @@ from crawler_bench.physics import CrawlerParameters
 from crawler_bench.physics.as_printed import FRICTION_WIDTH, force_on_nodes, simulate
 from crawler_bench.physics.coefficients import Coefficients, coefficients
 from crawler_bench.physics.crawler import advance, measure, net_muscle_force
+from crawler_bench.physics.state import DISPLACEMENT, DRIVE, FORCE, NEURON, VELOCITY, rest_state, workspace
 
 Array = NDArray[np.float64]
 SIZES = [2, 3, 10, 25]

@@ -10,13 +10,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from crawler_bench.physics.layout import DISPLACEMENT, FORCE, VELOCITY, rest_state, workspace
 from numpy.typing import NDArray
 
 from crawler_bench.physics import CrawlerParameters
 from crawler_bench.physics.as_printed import force_on_nodes, laplacian_of_chain
 from crawler_bench.physics.coefficients import coefficients
 from crawler_bench.physics.crawler import advance
+from crawler_bench.physics.state import DISPLACEMENT, FORCE, VELOCITY, rest_state, workspace
 
 Array = NDArray[np.float64]
 

@@ -9,7 +9,16 @@ import pytest
 from crawler_bench.physics.course import report
 from crawler_bench.physics.excitation import due, next_excitation
 from crawler_bench.physics.exits import exit_time
-from crawler_bench.physics.layout import (
+from crawler_bench.physics.response import START, after, relaxation, respond, respond_near
+from hypothesis import Phase, given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+
+from crawler_bench.physics import CrawlerParameters, exact
+from crawler_bench.physics.as_printed import force_on_nodes, simulate
+from crawler_bench.physics.coefficients import EVENT_TOLERANCE, coefficients
+from crawler_bench.physics.crawler import act
+from crawler_bench.physics.state import (
     DISPLACEMENT,
     DRIVE,
     FORCE,
@@ -23,15 +32,6 @@ from crawler_bench.physics.layout import (
     WORK,
     make_memory,
 )
-from crawler_bench.physics.response import START, after, relaxation, respond, respond_near
-from hypothesis import Phase, given, settings
-from hypothesis import strategies as st
-from numpy.typing import NDArray
-
-from crawler_bench.physics import CrawlerParameters, exact
-from crawler_bench.physics.as_printed import force_on_nodes, simulate
-from crawler_bench.physics.coefficients import EVENT_TOLERANCE, coefficients
-from crawler_bench.physics.crawler import act
 
 Array = NDArray[np.float64]
 READINGS: list[dict[str, Any]] = [

@@ -11,7 +11,6 @@ from math import exp, log, pi
 
 import numpy as np
 import pytest
-from crawler_bench.physics.layout import DRIVE, FORCE, rest_state, workspace
 from crawler_bench.physics.response import follow
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -23,6 +22,7 @@ from crawler_bench.physics.as_printed import drive
 from crawler_bench.physics.coefficients import coefficients
 from crawler_bench.physics.crawler import advance
 from crawler_bench.physics.muscle import any_leaves_limiter, relax_muscle, step_quiet_muscles
+from crawler_bench.physics.state import DRIVE, FORCE, rest_state, workspace
 
 TIMES = st.floats(1e-3, 10.0)
 TAUS = st.floats(0.05, 5.0)

@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 from crawler_bench.physics.exits import exit_time, height
-from crawler_bench.physics.layout import HOLD, HOLD_R, NEVER, WORK, make_memory
 from crawler_bench.physics.outlook import _may_leave, look_ahead, look_at_all, look_at_run
 from crawler_bench.physics.response import Response, respond
 
 from crawler_bench.physics import CrawlerParameters
 from crawler_bench.physics.coefficients import Coefficients, coefficients
 from crawler_bench.physics.crawler import act
+from crawler_bench.physics.state import HOLD, HOLD_R, NEVER, WORK, make_memory
 
 BODIES = [{}, {"damping": 0.7, "tau_m": 3.0}, {"tau_f": 1.0}, {"tau_m": 0.3, "damping": 8.0}]
 
