@@ -42,6 +42,13 @@ def test_the_difference_is_first_minus_second(metric):
     assert turned["p"] == found["p"]
 
 
+@pytest.mark.parametrize("least", [0.0, -1.0])
+def test_nothing_is_relative_to_a_second_that_stands_still_in_a_run(least):
+    found = pair([*runs_of("a", "speed", SLOW), *runs_of("b", "speed", [least, *OTHER[1:]])])
+    assert found[["relative", "relative_low", "relative_high"]].isna().all()
+    assert found["n"] == 10
+
+
 def test_pairs_are_of_the_same_seed():
     """The order of the rows does not matter, nor do runs whose partner is missing."""
     first = runs_of("a", "speed", [11.0, 22, 33, 44, NAN, 5])

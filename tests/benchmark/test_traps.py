@@ -1,10 +1,13 @@
 """Known answers of traps: where policies stop, and how drawing leads out."""
 
+from itertools import groupby
+
 import numpy as np
 import pytest
 
 from crawler_bench.benchmark.traps import TRAP, absorptions, escapes, stuck_observations, traps
 from crawler_bench.config.schema import EvaluationConfig
+from crawler_bench.gait.rollout import rollout
 from crawler_bench.physics.parameters import CrawlerParameters
 from tests.benchmark.frames import tables
 
@@ -69,5 +72,16 @@ def test_a_drawing_policy_leaves_the_trap_that_absorbs_its_favourite_actions():
     (row,) = escapes(ends, learned, PARAMETERS, CONFIG).to_dict("records")
     assert (row["agent"], row["observation"], row["action"], row["starts"]) == ("drawn", 4, 5, 1)
     assert row["other_action"] == pytest.approx(0.72)
-    assert row["leaving_rate"] > 1 / CONFIG.duration
-    assert 0 < row["occupancy"] < 1
+    crawls = [observed(mixed, start) for start in range(CONFIG.starts)]
+    left = sum([observation for observation, _ in groupby(seen)][:-1].count(4) for seen in crawls)
+    spent = sum((seen[:-1] == 4).sum() for seen in crawls) * PARAMETERS.decision_interval
+    assert row["leaving_rate"] == pytest.approx(left / spent)
+    assert row["occupancy"] == pytest.approx(spent / CONFIG.starts / CONFIG.duration)
+
+
+def observed(table, start):
+    record = rollout(
+        PARAMETERS, table, warm_up=CONFIG.warm_up, duration=CONFIG.duration, noise=0.0,
+        start=(CONFIG.seed, start), policy_seed=3,
+    )  # fmt: skip
+    return record.strain.argmax(axis=1)
