@@ -55,9 +55,7 @@ def rollout(
     first = begin(memory, quiet, start_rng)
     uniform = np.cumsum(np.full((n, n), 1.0 / n), axis=1)
     settle = round(warm_up / parameters.decision_interval)
-    observation = _crawl(
-        memory, first, uniform, quiet, hold, start_rng, start_rng, *_pages(settle, n)
-    )
+    observation = _crawl(memory, first, uniform, quiet, hold, start_rng, start_rng, *_pages(settle, n))
     steps = round(duration / parameters.decision_interval)
     samples, actions = _pages(steps, n)
     task = make_task(interval, noise=noise)

@@ -69,5 +69,5 @@ def proposal(reading: Reading) -> dict[str, Value]:
             of = CONSTANTS[key]
             if of.sourced:
                 parameters[f"{key} from"] = value if value in of.sourced else FREE
-            parameters[key] = min(max(float(value), of.low), of.high)
+            parameters[key] = min(max(float(str(value)), of.low), of.high)
     return parameters

@@ -1,4 +1,4 @@
-"""One trial of the search: a reading, trained and measured in memory, and given up early where it is hopeless.
+"""One trial of the search: a reading, trained and measured in memory, and given up early if it is hopeless.
 
 What is measured is what `crawler-bench reproduce` measures, by the same functions; only nothing is written.
 A trial ends early when the nearest-neighbour wave, put into this body by hand, is further than the verdict
@@ -19,7 +19,7 @@ from crawler_bench.readings.laboratory import EXPERIMENTS, REGULARIZED, UNREGULA
 from crawler_bench.readings.scoring import Score, score
 from crawler_bench.runs.evaluation import Evaluation, measure
 from crawler_bench.runs.policy_table import action_table
-from crawler_bench.runs.sweep import Measured, label, tabulate
+from crawler_bench.runs.results import Measured, label, tabulate
 from crawler_bench.runs.training import learn
 
 PAPER = {"speed": 0.0056, "waves_per_tau": 0.026, "peak_contraction": 0.33}
@@ -61,9 +61,7 @@ class _Bench:
         table = action_table(agent, config.parameters.n_segments, config.evaluation.mode)
         evaluation = self.evaluate(experiment, config, seed, table)
         name = f"{experiment}-seed{seed:02d}"
-        self.measured.append(
-            Measured(label(experiment, config, seed), name, evaluation, recorder.curve())
-        )
+        self.measured.append(Measured(label(experiment, config, seed), name, evaluation, recorder.curve()))
         return evaluation
 
     def evaluate(self, experiment: str, config: RunConfig, seed: int, table: np.ndarray) -> Evaluation:
@@ -111,7 +109,7 @@ def _stages(bench: _Bench, seeds: Sequence[int]) -> Iterator[str]:
 
 
 def _wave_by_hand(bench: _Bench) -> str:
-    """The first of the paper's numbers that the nearest-neighbour wave is far from; empty if there is none."""
+    """The paper's first number that the nearest-neighbour wave is far from; empty if there is none."""
     config = bench.reading.configure(bench.bases[REGULARIZED])
     quick = override(config, {"evaluation.starts": 2, "evaluation.noise": [0.0]}, "trial")
     evaluation = measure(config, 0, np.eye(config.parameters.n_segments), quick.evaluation)
