@@ -10,14 +10,8 @@ from crawler_bench.envs.crawler import CrawlerEnv
 from crawler_bench.envs.randomness import live_state, random
 from crawler_bench.envs.transition import TASK, make_task
 from crawler_bench.physics import CrawlerParameters
-<<<<<<< HEAD
-from crawler_bench.physics.coefficients import coefficients
-from crawler_bench.physics.compiled import kernel
-from crawler_bench.physics.state import PAPER_NODES, WORK, make_memory
-=======
 from crawler_bench.physics.coefficients import as_record, coefficients, stepping
 from crawler_bench.physics.integration import STEPPING
->>>>>>> physics
 
 
 @pytest.mark.parametrize(("parameters", "takes_steps"), [

@@ -18,15 +18,9 @@ from numpy.typing import NDArray
 from crawler_bench.physics import CrawlerParameters
 from crawler_bench.physics.as_printed import force_on_nodes, laplacian_of_chain
 from crawler_bench.physics.body import BACKWARD, FORWARD, STUCK, balance_forces
-<<<<<<< HEAD
-from crawler_bench.physics.coefficients import coefficients
-from crawler_bench.physics.crawler import advance
-from crawler_bench.physics.state import DISPLACEMENT, FORCE, SLIP, VELOCITY, rest_state, workspace
-=======
 from crawler_bench.physics.coefficients import as_record, coefficients
 from crawler_bench.physics.state import make_memory, nodes_of
 from tests.physics.crawling import Crawler
->>>>>>> physics
 
 Array = NDArray[np.float64]
 STIFFNESS = 3.51

@@ -20,15 +20,10 @@ from numpy.typing import NDArray
 from crawler_bench.physics import CrawlerParameters
 from crawler_bench.physics.as_printed import FRICTION_WIDTH, force_on_nodes, simulate
 from crawler_bench.physics.coefficients import Coefficients, coefficients
-<<<<<<< HEAD
-from crawler_bench.physics.crawler import advance, measure, net_muscle_force
-from crawler_bench.physics.state import DISPLACEMENT, DRIVE, FORCE, NEURON, VELOCITY, rest_state, workspace
-=======
 from crawler_bench.physics.crawler import measure, net_muscle_force
 from crawler_bench.physics.state import make_memory, nodes_of
 from tests.physics.crawling import Crawler, held_at_random
 from tests.physics.crawling import crawl as crawl_by
->>>>>>> physics
 
 Array = NDArray[np.float64]
 SIZES = [2, 3, 10, 25]
@@ -115,9 +110,7 @@ def test_no_place_is_special(n_segments: int, head_muscle: str) -> None:
         for crawler in (here, there):
             crawler.advance(action, p.steps_per_decision)
         np.testing.assert_allclose(there.nodes["velocity"], here.nodes["velocity"], atol=1e-12)
-        np.testing.assert_allclose(
-            there.nodes["displacement"], here.nodes["displacement"] + 3.7, atol=1e-11
-        )
+        np.testing.assert_allclose(there.nodes["displacement"], here.nodes["displacement"] + 3.7, atol=1e-11)
         moved = moved or bool(np.any(here.nodes["velocity"] > 1e-3))
     assert moved
 

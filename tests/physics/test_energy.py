@@ -14,13 +14,7 @@ from numpy.typing import NDArray
 
 from crawler_bench.physics import CrawlerParameters
 from crawler_bench.physics.as_printed import force_on_nodes, laplacian_of_chain
-<<<<<<< HEAD
-from crawler_bench.physics.coefficients import coefficients
-from crawler_bench.physics.crawler import advance
-from crawler_bench.physics.state import DISPLACEMENT, FORCE, VELOCITY, rest_state, workspace
-=======
 from tests.physics.crawling import Crawler, held_at_random
->>>>>>> physics
 
 Array = NDArray[np.float64]
 

@@ -19,15 +19,8 @@ from scipy.integrate import quad
 
 from crawler_bench.physics import CrawlerParameters
 from crawler_bench.physics.as_printed import drive
-<<<<<<< HEAD
-from crawler_bench.physics.coefficients import coefficients
-from crawler_bench.physics.crawler import advance
-from crawler_bench.physics.muscle import any_leaves_limiter, relax_muscle, step_quiet_muscles
-from crawler_bench.physics.state import DRIVE, FORCE, rest_state, workspace
-=======
 from crawler_bench.physics.muscle import follow, relax_muscle
 from tests.physics.crawling import crawl
->>>>>>> physics
 
 TIMES = st.floats(1e-3, 10.0)
 TAUS = st.floats(0.05, 5.0)

@@ -2,17 +2,12 @@
 
 import numpy as np
 import pytest
-from crawler_bench.physics.exits import exit_time, height
-from crawler_bench.physics.outlook import _may_leave, look_ahead, look_at_all, look_at_run
+from crawler_bench.physics.outlook import look_ahead
 from crawler_bench.physics.response import Response, respond
 
 from crawler_bench.physics import CrawlerParameters
 from crawler_bench.physics.body import BACKWARD, FORWARD, STUCK
 from crawler_bench.physics.coefficients import Coefficients, coefficients
-<<<<<<< HEAD
-from crawler_bench.physics.crawler import act
-from crawler_bench.physics.state import HOLD, HOLD_R, NEVER, WORK, make_memory
-=======
 from crawler_bench.physics.exact.crossings import Margin, margin_at
 from crawler_bench.physics.exact.slip_events import (
     change_slip,
@@ -27,7 +22,6 @@ from crawler_bench.physics.relaxation import Response, after, respond
 from crawler_bench.physics.state import make_memory, nodes_of
 from crawler_bench.physics.tolerances import NEVER
 from tests.physics.crawling import Crawler, drawn
->>>>>>> physics
 
 BODIES = [{}, {"damping": 0.7, "tau_m": 3.0}, {"tau_f": 1.0}, {"tau_m": 0.3, "damping": 8.0}]
 
@@ -39,9 +33,7 @@ def a_node(terms: tuple[float, float, float], sliding: bool):  # type: ignore[no
     return node
 
 
-def changes(
-    terms: tuple[float, float, float], sliding: bool, seen: list[Response], k: Coefficients
-) -> bool:
+def changes(terms: tuple[float, float, float], sliding: bool, seen: list[Response], k: Coefficients) -> bool:
     """Whether a node is beyond a limit at one of these times."""
     margins = [margin_at(Margin(*terms, sliding), now) for now in seen]
     return min(margins) < (0.0 if sliding else -k.backward) or (not sliding and max(margins) > k.forward)
