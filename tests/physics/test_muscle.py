@@ -11,7 +11,6 @@ from math import exp, log, pi
 
 import numpy as np
 import pytest
-from crawler_bench.physics.response import follow
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray

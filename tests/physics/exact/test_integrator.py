@@ -1,5 +1,6 @@
 """The exact integrator: what the stepped one converges to, whatever the parameters."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 

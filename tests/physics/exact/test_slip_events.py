@@ -2,8 +2,6 @@
 
 import numpy as np
 import pytest
-from crawler_bench.physics.outlook import look_ahead
-from crawler_bench.physics.response import Response, respond
 
 from crawler_bench.physics import CrawlerParameters
 from crawler_bench.physics.body import BACKWARD, FORWARD, STUCK
@@ -33,7 +31,9 @@ def a_node(terms: tuple[float, float, float], sliding: bool):  # type: ignore[no
     return node
 
 
-def changes(terms: tuple[float, float, float], sliding: bool, seen: list[Response], k: Coefficients) -> bool:
+def changes(
+    terms: tuple[float, float, float], sliding: bool, seen: list[Response], k: Coefficients
+) -> bool:
     """Whether a node is beyond a limit at one of these times."""
     margins = [margin_at(Margin(*terms, sliding), now) for now in seen]
     return min(margins) < (0.0 if sliding else -k.backward) or (not sliding and max(margins) > k.forward)
