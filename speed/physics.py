@@ -14,8 +14,8 @@ from crawler_bench.envs.batch import CrawlerBatch
 from crawler_bench.envs.crawler import CrawlerEnv
 from crawler_bench.envs.randomness import live_state
 from crawler_bench.envs.transition import make_task
-from crawler_bench.physics.layout import make_memory
 from crawler_bench.physics.parameters import CrawlerParameters
+from crawler_bench.physics.state import make_memory
 from speed.loops import replay, solve_tridiagonal
 from speed.measure import Effort, Measurement, Side, compare, seconds_per_unit
 

@@ -1,6 +1,6 @@
-"""The tables of a benchmark: each is formatted once, and written as Markdown, CSV and LaTeX.
+"""The tables of a benchmark, each formatted once and written as Markdown, CSV and LaTeX.
 
-A cell reads "value [low, high] (n) #hash"; the hash is what `summarize_benchmark` was told to identify it by.
+A cell reads "value [low, high] (n) #hash"; `cell_hash` says what the hash names.
 """
 
 import json
@@ -10,9 +10,10 @@ from typing import Any
 
 import pandas as pd
 
-from crawler_bench.benchmark.keys import read_csv
+from crawler_bench.benchmark.keys import select
 from crawler_bench.benchmark.summary import metric
-from crawler_bench.output.cells import cell, interval, short
+from crawler_bench.output.cells import format_cell, format_interval, format_number, markdown
+from crawler_bench.output.csv_files import read_csv
 from crawler_bench.output.latex import latex
 from crawler_bench.statistics.estimates import RESAMPLES
 
@@ -28,25 +29,25 @@ LEGEND = (
     "Probability that a run of the row's agent earns more reward than one of the column's, a tie counting "
     "half; `**` where Holm's p is below 0.05, `*` where only Benjamini and Hochberg's is. "
 )
-MANY = 1000  # seeds; beyond, the number itself is of no use
+MANY = 1000  # seeds; beyond, the number itself does not matter
 
 
 def comparison(summary: pd.DataFrame) -> pd.DataFrame:
-    """Agents against each other: a row an agent, mode and regularization, a column a metric; full cells."""
+    """Agents compared: one row per agent, mode and regularization, one column per metric, in full cells."""
     return _wide(summary, COMPARISON)
 
 
 def noise(summary: pd.DataFrame) -> pd.DataFrame:
-    """Speed at each amplitude of noise; full cells."""
+    """Speed at each amplitude of noise, in full cells."""
     names = summary["metric"].drop_duplicates()
     return _wide(summary, tuple(names[names.str.startswith(NOISE)]))
 
 
 def _wide(summary: pd.DataFrame, metrics: tuple[str, ...]) -> pd.DataFrame:
-    """One column a metric, under its heading, in full cells; rows by regularization, then as they stand."""
+    """One column per metric, under its heading; rows by regularization, otherwise in their order."""
     cells = summary.assign(
         cell=[
-            cell(row["value"], row["low"], row["high"], row["n"], row["hash"])
+            format_cell(row["value"], row["low"], row["high"], row["n"], row["hash"])
             for row in summary.astype({"hash": object}).to_dict("records")
         ]
     )
@@ -69,11 +70,11 @@ def pairs_table(pairs: pd.DataFrame) -> pd.DataFrame:
             "metric": metric(row["metric"]).heading,
             "first": _side(row, "first"),
             "second": _side(row, "second"),
-            "first minus second": cell(row["difference"], row["low"], row["high"], row["n"]),
+            "first minus second": format_cell(row["difference"], row["low"], row["high"], row["n"]),
             "P(first > second)": _bare(*improvement).removesuffix(" [no spread]"),
-            "p": short(row["p"]),
-            "p, Holm": short(row["p_holm"]),
-            "p, FDR": short(row["p_fdr"]),
+            "p": format_number(row["p"]),
+            "p, Holm": format_number(row["p_holm"]),
+            "p, FDR": format_number(row["p_fdr"]),
             "curves cross at s": _bare(*crossing) + _winner(row["overtakes"]),
             "seeds for 10 %": _seeds(row["seeds_needed"], row["degenerate"]),
         })  # fmt: skip
@@ -90,25 +91,24 @@ def _winner(overtakes: object) -> str:
 
 
 def _bare(value: float, low: float, high: float) -> str:
-    """A cell whose n stands beside it."""
-    return cell(value, low, high, 0).removesuffix(" (0)")
+    """A cell without its n."""
+    return format_cell(value, low, high, 0).removesuffix(" (0)")
 
 
 def _seeds(needed: float, degenerate: bool) -> str:
     if degenerate and needed == 2:
         return "no spread"
-    return f"> {MANY}" if needed > MANY else short(needed)
+    return f"> {MANY}" if needed > MANY else format_number(needed)
 
 
 def learned(runs: pd.DataFrame) -> pd.DataFrame:
-    """The policy that each agent learned most often, and in what share of its runs.
+    """The policy that each agent learned most often, and the share of its runs that did.
 
     Args:
-        runs: a row a run and mode; `policy` is the action for each observation from head to tail, * where
-            the agent draws.
+        runs: one row per run and mode, with `policy` as `metrics.policy_text` gives it.
 
     Returns:
-        A row an agent, mode and regularization; of policies that are equally frequent, the first by name.
+        One row per agent, mode and regularization; of equally frequent policies the first by name.
     """
     rows = []
     for (regularization, agent, mode), found in runs.groupby(KEY, sort=False)["policy"]:
@@ -116,14 +116,9 @@ def learned(runs: pd.DataFrame) -> pd.DataFrame:
         rows.append({
             "regularization": f"{regularization:g}", "agent": agent, "mode": mode,
             "most common policy": f"`{counts.index[0]}`", "runs": f"{counts.iloc[0]} of {len(found)}",
-            "share": short(counts.iloc[0] / len(found)), "different policies": str(len(counts)),
+            "share": format_number(counts.iloc[0] / len(found)), "different policies": str(len(counts)),
         })  # fmt: skip
     return pd.DataFrame(rows).sort_values("regularization", kind="stable", ignore_index=True)
-
-
-def markdown(frame: pd.DataFrame) -> str:
-    """A formatted frame as a Markdown table."""
-    return frame.to_markdown(index=False, disable_numparse=True)
 
 
 def write_tables(summary: pd.DataFrame, pairs: pd.DataFrame, runs: pd.DataFrame, folder: Path) -> None:
@@ -132,8 +127,8 @@ def write_tables(summary: pd.DataFrame, pairs: pd.DataFrame, runs: pd.DataFrame,
     Args:
         summary: what `summarize_benchmark` returns, or its CSV.
         pairs: what `compare` returns, or its CSV.
-        runs: a row a run and mode.
-        folder: for the tables only: its pairs.csv is formatted, not the one that `blocks` reads.
+        runs: one row per run and mode.
+        folder: for these tables alone: its pairs.csv is formatted, not the one that `blocks` reads.
     """
     folder.mkdir(parents=True, exist_ok=True)
     tables = {
@@ -149,7 +144,7 @@ def write_tables(summary: pd.DataFrame, pairs: pd.DataFrame, runs: pd.DataFrame,
 
 
 def compact(summary: pd.DataFrame) -> pd.DataFrame:
-    """The comparison for a page: speed with its interval, the rest without, one n a row."""
+    """The comparison in short: only speed has its interval, and one n serves the whole row."""
     rows = []
     for (regularization, agent, mode), found in summary.groupby(KEY, sort=False):
         of = found.set_index("metric").to_dict("index")
@@ -157,10 +152,13 @@ def compact(summary: pd.DataFrame) -> pd.DataFrame:
         row = {"regularization": f"{regularization:g}", "agent": agent, "mode": mode, "n": str(n)}
         for name in COMPARISON:
             each = of[name]
-            text = short(each["value"])
+            text = format_number(each["value"])
             if name == "speed":
-                row |= {metric(name).heading: text, "95 % interval": interval(each["low"], each["high"])}
-            else:  # fewer runs than the row's: some have no such number
+                row |= {
+                    metric(name).heading: text,
+                    "95 % interval": format_interval(each["low"], each["high"]),
+                }
+            else:  # fewer runs than the row has: the others have no such number
                 row[metric(name).heading] = text if each["n"] in (n, 0) else f"{text} ({each['n']})"
         rows.append(row)
     return pd.DataFrame(rows).sort_values("regularization", kind="stable", ignore_index=True)
@@ -171,17 +169,14 @@ def matrix(pairs: pd.DataFrame, regularization: float, name: str = "reward") -> 
 
     ** marks where Holm's p is below 0.05, * where only Benjamini and Hochberg's is.
     """
-    chosen = pairs[
-        (pairs["metric"] == name)
-        & (pairs["first_regularization"] == regularization)
-        & (pairs["second_regularization"] == regularization)
-    ]
+    same = {"first_regularization": regularization, "second_regularization": regularization}
+    chosen = select(pairs, metric=name, **same)
     cells: dict[str, dict[str, str]] = {}
     for row in chosen.to_dict("records"):
         one, other = (f"{row[f'{side}_agent']}, {row[f'{side}_mode']}" for side in ("first", "second"))
         star = " **" if row["p_holm"] < SIGNIFICANT else " *" if row["p_fdr"] < SIGNIFICANT else ""
-        cells.setdefault(one, {})[other] = short(row["improvement"]) + star
-        cells.setdefault(other, {})[one] = short(1 - row["improvement"]) + star
+        cells.setdefault(one, {})[other] = format_number(row["improvement"]) + star
+        cells.setdefault(other, {})[one] = format_number(1 - row["improvement"]) + star
     names = list(cells)
     frame = pd.DataFrame([[cells[one].get(other, "") for other in names] for one in names], columns=names)
     frame.insert(0, f"regularization {regularization:g}", names)
@@ -189,18 +184,18 @@ def matrix(pairs: pd.DataFrame, regularization: float, name: str = "reward") -> 
 
 
 def floor(pairs: pd.DataFrame) -> str:
-    """A sentence: how small p can get with so many seeds and pairs."""
+    """One sentence: the least p that this number of seeds and pairs allows."""
     tested = pairs[(pairs["metric"] == "reward") & pairs["p"].notna()]
     seeds, count = int(tested["n"].max()), int(tested["first_regularization"].value_counts().max())
-    least = max(2.0 ** (1 - seeds), 1 / (RESAMPLES + 1))  # all signs, or as many as were drawn
+    least = max(2.0 ** (1 - seeds), 1 / (RESAMPLES + 1))  # over all signs, or over those drawn
     return (
-        f"With {seeds} paired seeds p is at least {short(least)}, and Holm's over {count} pairs at least "
-        f"{short(min(1.0, count * least))}."
+        f"With {seeds} paired seeds p is at least {format_number(least)}, "
+        f"and Holm's over {count} pairs at least {format_number(min(1.0, count * least))}."
     )
 
 
 def against_itself(pairs: pd.DataFrame) -> pd.DataFrame:
-    """Each agent without against with regularization, in speed; and where the noise curves cross."""
+    """Each agent without regularization against itself with it: speed, and where the noise curves cross."""
     own = pairs[pairs["first_regularization"] != pairs["second_regularization"]]
     table = pairs_table(own)
     excess = [
@@ -212,7 +207,7 @@ def against_itself(pairs: pd.DataFrame) -> pd.DataFrame:
 
 
 def cost_table(cost: dict[str, dict[str, float]]) -> str:
-    """How long a run of each agent took, in Markdown, after what all runs took together."""
+    """Seconds per run of each agent, in Markdown, below the total."""
     rows = [
         {"agent": agent, "runs": f"{each['runs']:.0f}"}
         | {f"{part} (s a run)": f"{each[part]:.1f}" for part in ("training", "evaluation")}
@@ -222,7 +217,7 @@ def cost_table(cost: dict[str, dict[str, float]]) -> str:
 
 
 def cost_sentence(cost: dict[str, dict[str, float]]) -> str:
-    """How long all runs took together."""
+    """One sentence: how long all runs took together."""
     seconds = sum(each["runs"] * (each["training"] + each["evaluation"]) for each in cost.values())
     runs = sum(each["runs"] for each in cost.values())
     return (
@@ -235,17 +230,20 @@ def blocks(folder: Path) -> dict[str, Callable[[], str]]:
     """Every generated block about the benchmark by name.
 
     Args:
-        folder: with summary.csv, pairs.csv and runs.csv of a benchmark.
+        folder: that `write_benchmark` wrote.
 
     Raises:
-        ValueError: when a block is made of a file that is not there.
+        ValueError: when a block needs a file that is missing.
     """
 
-    def read(name: str) -> pd.DataFrame:
-        path = folder / f"{name}.csv"
+    def find(name: str) -> Path:
+        path = folder / name
         if not path.is_file():
             raise ValueError(f"{path} is missing; `crawler-bench benchmark` writes it")
-        return read_csv(path)
+        return path
+
+    def read(name: str) -> pd.DataFrame:
+        return read_csv(find(f"{name}.csv"))
 
     def pairs() -> str:
         found = read("pairs")
@@ -254,10 +252,7 @@ def blocks(folder: Path) -> dict[str, Callable[[], str]]:
         return "\n\n".join([LEGEND + floor(found), *(markdown(frame) for frame in frames if len(frame))])
 
     def cost() -> dict[str, dict[str, float]]:
-        path = folder / "manifest.json"
-        if not path.is_file():
-            raise ValueError(f"{path} is missing; `crawler-bench benchmark` writes it")
-        content: dict[str, dict[str, float]] = json.loads(path.read_text())["cost"]
+        content: dict[str, dict[str, float]] = json.loads(find("manifest.json").read_text())["cost"]
         return content
 
     return {

@@ -25,38 +25,46 @@ def _wide_console() -> Console:
 
 
 def print_claims(claims: "pd.DataFrame") -> None:
-    """Print claims with their verdicts, and how many fare how."""
-    from crawler_bench.report.blocks import interval, short, verdict_counts
+    """Print claims with their verdicts, and how many there are of each verdict."""
+    from crawler_bench.output.cells import format_interval, format_number
+    from crawler_bench.paper.tables import verdict_counts
 
     wide = _wide_console()
     table = Table("claim", "paper", "ours", "95 % interval", "n", "verdict")
     for row in claims.to_dict("records"):
         coloured = f"[{VERDICT_COLOURS.get(row['verdict'], 'dim')}]{row['verdict']}[/]"
-        between = interval(row["low"], row["high"])
-        table.add_row(row["claim"], short(row["paper"]), short(row["ours"]), between, str(row["n"]), coloured)
+        between = format_interval(row["low"], row["high"])
+        table.add_row(
+            row["claim"],
+            format_number(row["paper"]),
+            format_number(row["ours"]),
+            between,
+            str(row["n"]),
+            coloured,
+        )
     wide.print(table)
     wide.print(verdict_counts(claims))
 
 
 def print_frame(frame: "pd.DataFrame") -> None:
     """Print a frame as a table, numbers in short."""
-    from crawler_bench.report.blocks import short
+    from crawler_bench.output.cells import format_number
 
     wide = _wide_console()
     table = Table(*map(str, frame.columns))
     for row in frame.itertuples(index=False):
-        table.add_row(*(str(value) if isinstance(value, str) else short(value) for value in row))
+        table.add_row(*(str(value) if isinstance(value, str) else format_number(value) for value in row))
     wide.print(table)
 
 
-def teller(quiet: bool) -> Callable[[str], None]:
-    """A function that tells what is going on, or keeps quiet."""
+def logger(quiet: bool) -> Callable[[str], None]:
+    """A function that prints notes on standard error, or none."""
     return (lambda text: None) if quiet else (lambda text: notes.print(text, markup=False))
 
 
 @contextlib.contextmanager
 def one_line_errors() -> Iterator[None]:
-    """Turn what a user can mend into one line and a non-zero exit; a bug keeps its traceback.
+    """Turn what a user can fix into one line and a non-zero exit; a bug keeps its traceback.
 
     With CRAWLER_BENCH_DEBUG set, every error keeps it.
     """

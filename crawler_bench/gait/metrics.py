@@ -1,7 +1,7 @@
-"""What a gait is like, in numbers: pure functions of a record.
+"""A gait in numbers: pure functions of a record.
 
-A gait is measured on the part of a record that `Record.after` leaves once the policy has settled; speed and
-stalling on the whole record. Thresholds are named here and stated wherever their results are shown.
+Speed and stalling are measured on the whole record; everything else on its last part, once the gait has
+settled. Thresholds are named here and stated wherever their results are shown.
 """
 
 from dataclasses import dataclass
@@ -10,18 +10,16 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from crawler_bench.gait.record import Record
+from crawler_bench.gait.record import Array, Record
 
-Array = NDArray[np.float64]
-
-CONTRACTED = 0.1  # strain from which on a segment counts as contracted
+CONTRACTED = 0.1  # strain above which a segment counts as contracted
 STALL_ADVANCE = 0.01  # L in the last quarter of a record: less is a stall (a wave carries the body 0.2 L)
-ORDERLY = 1 / 3  # wave order from which on a gait is said to have waves at all
-TOGETHER = 0.5  # correlation of velocity from which on two neighbouring nodes move together
-POWERED = 0.01  # share of the body's peak power from which on a node counts as working
-PHASES = 50  # bins of a cycle
+ORDERLY = 1 / 3  # least wave order of a gait that has waves
+TOGETHER = 0.5  # two neighbouring nodes move together if their velocities correlate above this
+POWERED = 0.01  # share of the body's peak power above which a node counts as working
+PHASES = 50  # bins per cycle
 BRIEF = 1.0  # tau: a shorter visit to a zone is an excursion (a wave stays ten times as long)
-ZONES = 3  # tail, middle, head: a wave has passed when it has gone round them
+ZONES = 3  # tail, middle, head: a wave that has gone round them has passed
 
 
 @dataclass(frozen=True)
@@ -44,12 +42,12 @@ class Wave:
 
 
 def speed(record: Record) -> float:
-    """Mean speed of the centroid, L / tau_theta."""
+    """Mean speed of the centroid over the record, L / tau_theta."""
     return float((record.centroid[-1] - record.centroid[0]) / (record.time[-1] - record.time[0]))
 
 
 def reward(record: Record, regularization: float) -> float:
-    """Mean reward of a decision without noise, L [M20, eq. 11]."""
+    """Mean reward per decision, from true strains, L [M20, eq. 11]."""
     advance = (record.centroid[-1] - record.centroid[0]) / record.action.size
     return float(advance - regularization * _gradient(record)[1:].mean())
 
@@ -61,17 +59,17 @@ def stalls(record: Record) -> bool:
 
 
 def most_contracted(record: Record) -> NDArray[np.int64]:
-    """(T + 1,) index of the most contracted segment, without noise."""
+    """(T + 1,) index of the most contracted segment [M20, eq. 9], from true strains."""
     return np.asarray(record.strain.argmax(axis=1), dtype=np.int64)
 
 
 def wave(record: Record) -> Wave:
     """Follow the most contracted segment through tail, middle and head.
 
-    Between three zones every change has one direction, while a jump of the index over half of the body has
-    none. A visit to a zone that is shorter than BRIEF is an excursion and does not count. Net progress round
-    the zones, in units of segments, over the distance that the index travels is the order. A cycle is one
-    round: from the moment at which the wave leaves one end of the body for the other to the next such moment.
+    Every change between three zones has a direction, while a jump of the index over half of the body has
+    none. A visit to a zone shorter than BRIEF is an excursion and does not count. The order is the net
+    progress round the zones, in segments, over the distance that the index travels. A cycle is one round: it
+    begins when the wave leaves one end of the body for the other.
     """
     n = record.n_segments
     index = most_contracted(record)
@@ -84,7 +82,7 @@ def wave(record: Record) -> Wave:
     order = float(np.clip(progress[-1] / ZONES * n / travelled, -1, 1))
     if abs(order) < ORDERLY:
         return Wave(order, np.empty(0))
-    # The first passage begins so many zones from the start: where the wave has left the other end.
+    # Zones from the first visit to where the wave leaves the far end, which ends the first passage.
     first = int(zones[0]) + 1 if order > 0 else ZONES - int(zones[0])
     furthest = np.maximum.accumulate(progress if order > 0 else -progress)
     rounds = np.maximum(furthest - first + ZONES, 0) // ZONES
@@ -92,9 +90,9 @@ def wave(record: Record) -> Wave:
 
 
 def _zone_visits(time: Array, zone: NDArray[np.int64]) -> tuple[Array, NDArray[np.int64]]:
-    """When each lasting visit to a zone begins, and which zone; successive visits are to different zones.
+    """When each visit of at least BRIEF begins, and to which zone; successive visits are to different zones.
 
-    The last visit, which the end of the record cuts off, counts as lasting.
+    The last visit counts, however short: the end of the record cut it off.
     """
     begins = np.flatnonzero(np.diff(zone, prepend=zone[0] - 1))
     lasting = np.diff(time[begins], append=np.inf) >= BRIEF
@@ -110,12 +108,12 @@ def peak_contraction(record: Record) -> float:
 
 
 def strain_range(record: Record) -> float:
-    """Range of a segment's strain, averaged over segments."""
+    """Range of a segment's strain over time, averaged over segments."""
     return float(np.ptp(record.strain, axis=0).mean())
 
 
 def strain_gradient(record: Record) -> float:
-    """Mean over time of the largest change of strain between neighbours, r_2 of [M20, eq. 11]."""
+    """Mean over time of the largest difference of strain between neighbours, r_2 of [M20, eq. 11]."""
     return float(_gradient(record).mean())
 
 
@@ -124,7 +122,7 @@ def _gradient(record: Record) -> Array:
 
 
 def contracted_segments(record: Record) -> float:
-    """Mean number of segments that are contracted by more than CONTRACTED at the same time."""
+    """Mean number of segments contracted at the same time."""
     return float((record.strain > CONTRACTED).sum(axis=1).mean())
 
 
@@ -134,30 +132,30 @@ def unused_muscles(record: Record) -> list[int]:
 
 
 def visited_observations(record: Record) -> list[int]:
-    """Observations that the gait comes across, without noise."""
+    """Observations that occur in the gait."""
     return sorted(set(most_contracted(record).tolist()))
 
 
 def pairs_together(record: Record) -> int:
     """Number of pairs of neighbouring nodes that move together, carrying the segment between them."""
-    velocity = record.velocity
-    count = 0
-    for left, right in pairwise(range(velocity.shape[1])):
-        a, b = velocity[:, left], velocity[:, right]
-        if a.std() > 0 and b.std() > 0:
-            count += bool(np.corrcoef(a, b)[0, 1] > TOGETHER)
-    return count
+    return sum(_correlation(one, other) > TOGETHER for one, other in pairwise(record.velocity.T))
+
+
+def _correlation(one: Array, other: Array) -> float:
+    """Pearson's correlation; NaN where either does not vary."""
+    varies = one.std() > 0 and other.std() > 0
+    return float(np.corrcoef(one, other)[0, 1]) if varies else float("nan")
 
 
 def power_by_phase(record: Record, boundaries: Array) -> Array:
     """Power of each node against the phase of the cycle.
 
     Args:
-        record: the record.
+        record: of the gait.
         boundaries: (C + 1,) times between cycles.
 
     Returns:
-        (C, PHASES, N + 1) mean power in each phase bin of each cycle; NaN in a bin without a sample.
+        (C, PHASES, N + 1) mean power in each phase bin of each cycle; NaN in an empty bin.
     """
     cycles = []
     for start, end in pairwise(boundaries):
@@ -176,23 +174,23 @@ def power_periodicity(phased: Array) -> float:
     correlations = []
     for one, other in pairwise(phased):
         known = np.isfinite(one) & np.isfinite(other)
-        if one[known].std() > 0 and other[known].std() > 0:
-            correlations.append(np.corrcoef(one[known], other[known])[0, 1])
-    return float(np.mean(correlations)) if correlations else float("nan")
+        correlations.append(_correlation(one[known], other[known]))
+    defined = [each for each in correlations if not np.isnan(each)]
+    return float(np.mean(defined)) if defined else float("nan")
 
 
 def power_peaks(record: Record) -> Array:
-    """(N + 1,) greatest power of each node."""
+    """(N + 1,) peak power of each node, k L^2 / tau_theta."""
     return np.asarray(record.power.max(axis=0))
 
 
 def power_durations(record: Record) -> Array:
-    """(N + 1,) share of time in which a node's power exceeds POWERED of the body's greatest."""
+    """(N + 1,) share of time in which each node works."""
     return np.asarray((record.power > POWERED * record.power.max()).mean(axis=0))
 
 
 def unevenness(of_nodes: Array) -> float:
-    """Standard deviation over mean of a quantity over the interior nodes, 1 to N - 1; NaN if it is 0."""
+    """Coefficient of variation over the interior nodes, 1 to N - 1; NaN where their mean is 0."""
     interior = of_nodes[1:-1]
     mean = interior.mean()
     return float(interior.std() / mean) if mean > 0 else float("nan")
@@ -205,23 +203,23 @@ def power_per_distance(record: Record) -> float:
 
 
 def diagonal_distance(policy: NDArray[np.int64]) -> int:
-    """Number of observations at which a policy is not nearest-neighbour wiring, action = observation."""
+    """Number of observations at which the action is not the observation, nearest-neighbour wiring."""
     return int((policy != np.arange(policy.size)).sum())
 
 
 def off_diagonal(table: Array) -> float:
-    """Mean probability of an action other than nearest-neighbour wiring's: 0 on the diagonal."""
+    """Mean probability of an action other than nearest-neighbour wiring's."""
     return float(1 - np.diagonal(table).mean())
 
 
 def policy_text(table: Array) -> str:
-    """A policy in short: the action for each observation in turn, one digit each (0-9a-z), * where it draws.
+    """The action at each observation in turn, one digit each (0-9a-z), * where the policy draws.
 
-    With more than 36 segments the actions are joined by hyphens.
+    With more than 36 segments the actions are decimal and joined by hyphens.
     """
-    actions = table.argmax(axis=1).tolist()
-    words = [np.base_repr(action, 36).lower() if len(actions) <= 36 else str(action) for action in actions]
-    sure = table.max(axis=1) == 1
-    return ("" if len(actions) <= 36 else "-").join(
-        word if known else "*" for word, known in zip(words, sure, strict=True)
-    )
+    digits = len(table) <= 36
+    words = [
+        "*" if row.max() != 1 else np.base_repr(row.argmax(), 36).lower() if digits else str(row.argmax())
+        for row in table
+    ]
+    return ("" if digits else "-").join(words)

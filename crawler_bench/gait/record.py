@@ -1,4 +1,4 @@
-"""What a crawler did, as arrays: the one thing that metrics, figures and films are made from."""
+"""What a crawler did, as arrays: metrics, figures and films are computed from this alone."""
 
 from dataclasses import dataclass
 
@@ -44,11 +44,11 @@ class Record:
         return int(self.displacement.shape[1]) - 1
 
     def after(self, time: float) -> "Record":
-        """The part of the record from a time on."""
+        """The record from a time on, which becomes its first sample."""
         return self._samples(slice(self._index(time), None), slice(self._index(time), None))
 
     def before(self, time: float) -> "Record":
-        """The part of the record up to a time."""
+        """The record up to and including a time."""
         last = self._index(time)
         return self._samples(slice(last + 1), slice(last))
 

@@ -13,7 +13,8 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 from PIL import Image
 
-from crawler_bench.envs.rendering import EARTH, EARTH_INK, INK, SKIN, WHITE, draw_crawler
+from crawler_bench.envs.palette import EARTH, EARTH_INK, INK, SKIN, WHITE
+from crawler_bench.envs.rendering import draw_crawler
 from crawler_bench.gait.record import Record
 from crawler_bench.output.style import CONTRACTION, STRAIN_LABEL, TIME_LABEL, colour_bar, strain_kymograph
 
@@ -150,11 +151,7 @@ def _panel(
     picture = np.asarray(canvas.buffer_rgba())[:, :, :3].copy()
     frame = axes.get_window_extent()
     return picture, _Box(
-        floor(frame.x0),
-        ceil(frame.x1),
-        height - ceil(frame.y1),
-        height - floor(frame.y0),
-        heading,
+        floor(frame.x0), ceil(frame.x1), height - ceil(frame.y1), height - floor(frame.y0), heading
     )
 
 

@@ -1,10 +1,12 @@
-"""Numbers as the cells of a table show them."""
+"""Numbers as the cells of a table show them, and tables as Markdown."""
 
 import math
 
+import pandas as pd
 
-def short(value: object) -> str:
-    """A number with as many digits as a reader wants; anything else as it is."""
+
+def format_number(value: object) -> str:
+    """Three significant digits of a number, NaN as "-"; anything else as it is."""
     try:
         number = float(str(value))
     except ValueError:
@@ -14,18 +16,20 @@ def short(value: object) -> str:
     return f"{number:.3g}" if abs(number) < 100 else f"{number:.0f}"
 
 
-def interval(low: float, high: float) -> str:
-    """An interval in short."""
+def format_interval(low: float, high: float) -> str:
+    """Both ends of an interval, or "no spread" where they are equal."""
     if low == high:
         return "no spread"
-    return "-" if math.isnan(low) else f"{short(low)} .. {short(high)}"
+    return "-" if math.isnan(low) else f"{format_number(low)} .. {format_number(high)}"
 
 
-def cell(value: float, low: float, high: float, n: int, identity: str = "") -> str:
-    """An estimate in full: value [interval] (number of runs) #hash.
-
-    An interval that closes on the value because all runs agree says so in words.
-    """
-    inside = "no spread" if low == high else f"{short(low)}, {short(high)}"
+def format_cell(value: float, low: float, high: float, n: int, identity: str = "") -> str:
+    """An estimate in full: value [interval] (number of runs) #hash; "no spread" where all runs agree."""
+    inside = "no spread" if low == high else f"{format_number(low)}, {format_number(high)}"
     bracket = "" if math.isnan(low) else f" [{inside}]"
-    return f"{short(value)}{bracket} ({n})" + (f" #{identity}" if identity else "")
+    return f"{format_number(value)}{bracket} ({n})" + (f" #{identity}" if identity else "")
+
+
+def markdown(frame: pd.DataFrame) -> str:
+    """A frame as a Markdown table, its text as it is."""
+    return frame.to_markdown(index=False, disable_numparse=True)

@@ -4,14 +4,12 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from crawler_bench.gait.record import Record
+from crawler_bench.gait.record import Array, Record
 from crawler_bench.output.style import (
     FORCE_LABEL,
-    GREY,
     INK,
     STRAIN_LABEL,
     TIME_LABEL,
-    Array,
     colour_bar,
     force_kymograph,
     heading,
@@ -21,7 +19,6 @@ from crawler_bench.output.style import (
 )
 
 GAIT_DURATION = 120.0  # tau_theta shown of a gait: three to five cycles
-SMOOTHING = 2.0  # tau_theta over which the speed of an uncoordinated crawler is averaged
 
 
 def gait(record: Record, title: str) -> Figure:
@@ -44,27 +41,6 @@ def gait(record: Record, title: str) -> Figure:
     return figure
 
 
-def untrained(record: Record) -> Figure:
-    """Fig. S1: speed, strains and muscle forces of a crawler whose neurons are ON at random.
-
-    Args:
-        record: of the random policy; the whole of it is shown.
-    """
-    time = record.time - record.time[0]
-    figure = new_figure(9, 7.5, "Fig. S1. Before learning: each neuron is equally likely to be ON")
-    speeds, strains, forces = figure.subplots(3, 1, sharex=True, height_ratios=(0.8, 1, 1))
-    speeds.plot(time[1:], _smooth_speed(record), color=GREY, lw=1.2)
-    speeds.axhline(0, color=INK, lw=0.6)
-    speeds.set_ylabel("speed of the centroid\n" + r"($L/\tau_\theta$)")
-    tidy(speeds, rf"Speed of the centroid, mean over {SMOOTHING:g} $\tau_\theta$")
-    heading(strains, "Strain of each segment: red contracted, blue stretched")
-    colour_bar(strains, strain_kymograph(strains, time, record.strain), STRAIN_LABEL)
-    heading(forces, "Force of each muscle")
-    colour_bar(forces, force_kymograph(forces, time, record.force), FORCE_LABEL)
-    forces.set_xlabel(TIME_LABEL)
-    return figure
-
-
 def _beginning(record: Record, duration: float) -> Record:
     """The first part of a record."""
     n = int(np.searchsorted(record.time, record.time[0] + duration * (1 + 1e-9), side="right"))
@@ -72,16 +48,6 @@ def _beginning(record: Record, duration: float) -> Record:
         record.time[:n], record.displacement[:n], record.velocity[:n], record.force[:n], record.power[:n],
         record.action[: n - 1],
     )  # fmt: skip
-
-
-def _smooth_speed(record: Record) -> Array:
-    """(T,) speed of the centroid over each decision, averaged over the decisions around it."""
-    speed = np.diff(record.centroid) / np.diff(record.time)
-    interval = (record.time[-1] - record.time[0]) / max(speed.size, 1)
-    width = min(max(round(SMOOTHING / interval), 1), speed.size)
-    known = np.convolve(np.ones(speed.size), np.ones(width), mode="same")
-    smooth: Array = np.convolve(speed, np.ones(width), mode="same") / known
-    return smooth
 
 
 def _draw_positions(axes: Axes, time: Array, displacement: Array) -> None:

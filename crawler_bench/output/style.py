@@ -9,11 +9,9 @@ from matplotlib.colors import LinearSegmentedColormap, Normalize
 from matplotlib.figure import Figure
 from matplotlib.image import AxesImage
 from matplotlib.layout_engine import ConstrainedLayoutEngine
-from numpy.typing import NDArray
 
-from crawler_bench.envs.rendering import CONTRACTION_LIMIT, CONTRACTION_SCALE
-
-Array = NDArray[np.float64]
+from crawler_bench.envs.palette import CONTRACTION_LIMIT, CONTRACTION_SCALE
+from crawler_bench.gait.record import Array
 
 RED, BLUE, GREY = "#c0392b", "#2166ac", "#7f7f7f"
 GREEN, LIGHT_GREEN = "#00734d", "#a8dbc5"
@@ -28,6 +26,8 @@ RANK = LinearSegmentedColormap.from_list("rank", ["#ffffff", "#c9c9c9", "#4d4d4d
 
 TIME_LABEL = r"time ($\tau_\theta$)"
 STRAIN_LABEL = "strain\n(contraction positive)"
+SPEED_SCALE, SPEED_UNIT = 1e3, r"$10^{-3}\,L/\tau_\theta$"  # speeds are drawn in thousandths
+SPEED_LABEL = f"speed ({SPEED_UNIT})"
 FORCE_LABEL = r"muscle force ($k\,L$)"
 
 PNG_DPI = 150
@@ -48,7 +48,7 @@ def save(figure: Figure, folder: Path, name: str) -> None:
     """Write name.png (150 dpi) and name.svg; the same figure gives the same bytes.
 
     Args:
-        figure: what one of the functions of `crawler_bench.paper.figures` returned.
+        figure: made by `new_figure`.
         folder: where; made if missing.
         name: of the files, without suffix.
     """

@@ -1,6 +1,6 @@
-"""Every claim of the paper, in its order: the sentence or figure, its value, and the statistic of ours for it.
+"""Every claim of the paper, in its order: the sentence or figure, its value, and how we measure it.
 
-Which statistic and threshold stands for which sentence is fixed here, for every reading and agent alike.
+The statistic and the threshold for each sentence are fixed here, for every reading and agent alike.
 """
 
 from collections.abc import Callable
@@ -13,16 +13,15 @@ from crawler_bench.paper.verdicts import Claim, Kind, Results
 from crawler_bench.statistics import estimates
 from crawler_bench.statistics.estimates import Estimate
 
-LOW_NOISE, HIGH_NOISE = 0.025, 0.2  # amplitudes s that stand for the paper's "low" and "high"
-LOCAL = 2.0  # fewer segments than this contracted at a time, on average, make a localized wave
-PERIODIC = 0.8  # correlation of successive cycles from which on power is periodic
+LOW_NOISE, HIGH_NOISE = 0.025, 0.2  # amplitudes s of the paper's "low" and "high" noise
+LOCAL = 2.0  # a wave is localized if fewer segments than this are contracted at a time, on average
+PERIODIC = 0.8  # power is periodic if successive cycles correlate above this
 SIMILAR = 2  # entries, of 10, in which similar policies may differ
 
 WAVES_PER_SECOND = 1.5  # of a third instar larva [M20, "Scaling and parameter choices"]
 TAU = 0.017  # s, the paper's value of tau_theta, and 0.051 for the slowest first instar larvae
 TAU_SLOW = 0.051
 SEGMENT_THIRD, SEGMENT_FIRST = 0.4, 100.0  # mm and micrometres: length of a segment
-
 
 REG, UNREG, RANDOM, GRID = "regularized", "unregularized", "untrained", "alpha_gamma"
 
@@ -49,7 +48,7 @@ def _noise_difference(first: str, second: str, noise: float) -> Callable[[Result
     def measure(results: Results) -> Estimate:
         a, b = (results.noisy_speed(name) for name in (first, second))
         if noise not in a or noise not in b:
-            return estimates.estimate([])
+            return estimates.UNKNOWN
         return estimates.paired_difference(*a[noise].align(b[noise], join="inner"))
 
     return measure
@@ -61,7 +60,7 @@ def _kept_speed(experiment: str) -> Callable[[Results], Estimate]:
     def measure(results: Results) -> Estimate:
         speeds = results.noisy_speed(experiment)
         if 0.0 not in speeds:
-            return estimates.estimate([])
+            return estimates.UNKNOWN
         noisy = speeds[[s for s in speeds.columns if 0 < float(s) <= HIGH_NOISE]].mean(axis=1)
         excess = estimates.relative_excess(noisy, speeds[0.0])
         return Estimate(excess.value + 1, excess.low + 1, excess.high + 1, excess.n)
@@ -72,7 +71,7 @@ def _kept_speed(experiment: str) -> Callable[[Results], Estimate]:
 def _lost_speed(results: Results) -> Estimate:
     speeds = results.noisy_speed(UNREG)
     if not {0.0, HIGH_NOISE} <= set(speeds.columns):
-        return estimates.estimate([])
+        return estimates.UNKNOWN
     return estimates.paired_difference(speeds[0.0], speeds[HIGH_NOISE])
 
 

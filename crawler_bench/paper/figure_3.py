@@ -14,15 +14,15 @@ from crawler_bench.output.style import (
     EXPERIMENT_COLOURS,
     INK,
     NODES,
-    Array,
+    SPEED_LABEL,
+    SPEED_SCALE,
     new_figure,
     part_ticks,
     show_missing,
     tidy,
 )
 from crawler_bench.statistics import estimates
-
-SPEED_SCALE = 1e3  # speeds are drawn in 10^-3 L / tau_theta
+from crawler_bench.statistics.estimates import Array
 
 
 def power_by_phase(phased: Mapping[str, Array]) -> Figure:
@@ -68,7 +68,7 @@ def cycle_durations(cycles: pd.DataFrame) -> Figure:
     """Fig. 3B: how long a cycle takes.
 
     Args:
-        cycles: a row for each cycle: experiment, seed, start, duration (tau_theta).
+        cycles: one row per cycle: experiment, seed, start, duration (tau_theta).
     """
     figure = new_figure(8, 4.6, "Fig. 3B. Duration of a cycle: one wave of contraction through the body")
     histogram, runs = figure.subplots(2, 1, sharex=True, height_ratios=(2.6, 1))
@@ -96,7 +96,7 @@ def cycle_durations(cycles: pd.DataFrame) -> Figure:
 
 
 def _draw_run_means(axes: Axes, cycles: pd.DataFrame, names: list[str]) -> None:
-    """A dot for each run, and their mean with its interval as a cross."""
+    """One dot per run, and their mean with its interval as a cross."""
     means = cycles.groupby(["experiment", "seed"])["duration"].mean()
     for row, name in enumerate(names):
         of_runs, colour = np.sort(means[name].to_numpy()), EXPERIMENT_COLOURS[name]
@@ -120,7 +120,7 @@ def speed_against_noise(evaluations: pd.DataFrame, crossover: tuple[float, float
     """Fig. 3C: speed against the error with which the segments are felt.
 
     Args:
-        evaluations: a row for each start of each run at each noise: experiment, seed, noise, start, speed
+        evaluations: one row per start of each run at each noise: experiment, seed, noise, start, speed
             (L / tau_theta), stalled.
         crossover: noise from which on the regularized gait is the faster one, and its interval; NaN if there
             is none.
@@ -138,7 +138,7 @@ def speed_against_noise(evaluations: pd.DataFrame, crossover: tuple[float, float
         if np.isfinite([low, high]).all():
             axes.axvspan(low, high, color=INK, alpha=0.1, lw=0, label="95 % interval of this crossover")
     axes.set_xlabel("largest error $s$ of a sensed strain (noise)")
-    axes.set_ylabel(r"speed ($10^{-3}\,L/\tau_\theta$)")
+    axes.set_ylabel(SPEED_LABEL)
     axes.margins(x=0.01)
     tidy(axes, "Mean over training runs with its 95 % interval; faint: each run")
     axes.set_ylim(bottom=min(0.0, axes.get_ylim()[0]))

@@ -11,19 +11,23 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
-from crawler_bench.benchmark.keys import write_csv
 from crawler_bench.config.schema import Experiment
 from crawler_bench.gait import metrics
 from crawler_bench.gait.record import Record
 from crawler_bench.gait.rollout import rollout
-from crawler_bench.output import animation
-from crawler_bench.paper import figures
+from crawler_bench.output import animation, kymographs, style
+from crawler_bench.output.csv_files import write_csv
 from crawler_bench.paper.claims import CLAIMS, noise_crossover
+from crawler_bench.paper.figure_1 import fig_1a
+from crawler_bench.paper.figure_2 import learning, policies
+from crawler_bench.paper.figure_3 import cycle_durations, power_by_phase, speed_against_noise
+from crawler_bench.paper.figure_s1 import untrained
+from crawler_bench.paper.tables import claims_table, verdict_counts
 from crawler_bench.paper.verdicts import Claim, Results, judge_claims
-from crawler_bench.report import blocks
 from crawler_bench.runs import store
 from crawler_bench.runs.evaluation import Evaluation, read_evaluation
-from crawler_bench.runs.sweep import Cell, Outcome, read_outcomes, run_cells
+from crawler_bench.runs.results import read_outcomes, typical_run
+from crawler_bench.runs.sweep import Outcome, require_success, run_experiments
 from crawler_bench.runs.training import agent_file
 
 GAITS = ("regularized", "unregularized")
@@ -37,9 +41,9 @@ class Reproduction:
 
     Attributes:
         outcomes: one per run.
-        runs: a row a run.
-        evaluations: a row a run, noise and start.
-        cycles: a row a cycle.
+        runs: one row per run.
+        evaluations: one row per run, noise and start.
+        cycles: one row per cycle.
     """
 
     outcomes: list[Outcome]
@@ -63,14 +67,8 @@ def reproduce(experiments: Iterable[Experiment], runs_root: Path, *, jobs: int, 
     Raises:
         RuntimeError: if no run at all succeeded.
     """
-    cells = [
-        Cell(experiment.name, config, seed)
-        for experiment in experiments
-        for config, seed in experiment.runs()
-    ]
-    outcomes = run_cells(cells, runs_root, jobs=jobs, quiet=quiet)
-    if all(outcome.error for outcome in outcomes):
-        raise RuntimeError(f"all {len(outcomes)} runs failed; the first: {outcomes[0].error}")
+    outcomes = run_experiments(experiments, runs_root, jobs=jobs, quiet=quiet)
+    require_success(outcomes)
     return Reproduction(outcomes, *read_outcomes(outcomes))
 
 
@@ -98,7 +96,7 @@ def _write_all(
     started = time.time()
     claims = found.claims(options=options)
     write_csv(claims, folder / "claims.csv")
-    (folder / "claims.md").write_text(f"{blocks.verdict_counts(claims)}\n\n{blocks.claims_table(claims)}\n")
+    (folder / "claims.md").write_text(f"{verdict_counts(claims)}\n\n{claims_table(claims)}\n")
     order = ["experiment", "regularization", "seed"]
     write_csv(found.runs.sort_values(order, kind="stable"), folder / "runs.csv")
     write_csv(found.evaluations, folder / "evaluations.csv")
@@ -106,7 +104,7 @@ def _write_all(
     _write_policies(found, folder / "policies")
     say("drawing the figures")
     for name, figure in _figures(found).items():
-        figures.save(figure, folder, name)
+        style.save(figure, folder, name)
     for gait in GAITS:
         say(f"filming the {gait} gait")
         record = representative(found, gait)[1].gait
@@ -137,21 +135,10 @@ def _write_policies(found: Reproduction, folder: Path) -> None:
 
 
 def representative(found: Reproduction, experiment: str) -> tuple[Outcome, Evaluation]:
-    """The run to show for an experiment: of those with the commonest policy, the median one by speed."""
-    runs = found.runs[found.runs["experiment"] == experiment]
-    if runs.empty:
-        raise RuntimeError(f"no run of {experiment} succeeded: there is nothing to draw")
-    shared = runs["policy"].map(runs["policy"].value_counts())
-    commonest = runs[shared == shared.max()].sort_values(["speed", "seed"])
-    seed = int(commonest.iloc[(len(commonest) - 1) // 2]["seed"])
-    for outcome in found.outcomes:
-        if (
-            outcome.cell.experiment == experiment
-            and outcome.cell.seed == seed
-            and outcome.evaluation is not None
-        ):
-            return outcome, read_evaluation(outcome.evaluation)
-    raise LookupError(f"no finished run of {experiment}")
+    """The run to show for an experiment."""
+    outcome = typical_run(found.runs, [each for each in found.outcomes if each.cell.experiment == experiment])
+    assert outcome.evaluation is not None
+    return outcome, read_evaluation(outcome.evaluation)
 
 
 def _figures(found: Reproduction) -> dict[str, Figure]:
@@ -165,21 +152,21 @@ def _figures(found: Reproduction) -> dict[str, Figure]:
     crossing, _ = noise_crossover(Results(found.runs, found.evaluations))
     snapshots = {gait: _snapshots(outcome) for gait, (outcome, _) in shown.items()}
     return {
-        "fig_1a": figures.fig_1a(),
-        "fig_2a": figures.gait(gaits["regularized"], "Fig. 2A. Regularized gait (ε = 0.01)"),
-        "fig_2b": figures.gait(gaits["unregularized"], "Fig. 2B. Unregularized gait (ε = 0)"),
-        "fig_2c": figures.policies(
+        "fig_1a": fig_1a(),
+        "fig_2a": kymographs.gait(gaits["regularized"], "Fig. 2A. Regularized gait (ε = 0.01)"),
+        "fig_2b": kymographs.gait(gaits["unregularized"], "Fig. 2B. Unregularized gait (ε = 0)"),
+        "fig_2c": policies(
             {gait: evaluation.table for gait, (_, evaluation) in shown.items()},
             {gait: metrics.visited_observations(record) for gait, record in gaits.items()},
         ),
-        "fig_3a": figures.power_by_phase(phased),
-        "fig_3b": figures.cycle_durations(found.cycles[found.cycles["experiment"].isin(GAITS)]),
-        "fig_3c": figures.speed_against_noise(
+        "fig_3a": power_by_phase(phased),
+        "fig_3b": cycle_durations(found.cycles[found.cycles["experiment"].isin(GAITS)]),
+        "fig_3c": speed_against_noise(
             found.evaluations[found.evaluations["experiment"].isin((*GAITS, "untrained"))],
             (crossing.value, crossing.low, crossing.high),
         ),
-        "fig_s1": figures.untrained(_untrained_record(found)),
-        "fig_learning": figures.learning(snapshots, _distances(found)),
+        "fig_s1": untrained(_untrained_record(found)),
+        "fig_learning": learning(snapshots, _distances(found)),
     }  # fmt: skip
 
 

@@ -7,8 +7,9 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from crawler_bench.benchmark.keys import DIGITS, write_csv
 from crawler_bench.output import style
+from crawler_bench.output.cells import markdown
+from crawler_bench.output.csv_files import DIGITS, write_csv
 from crawler_bench.output.latex import latex
 from crawler_bench.readings import figures, identifiability
 from crawler_bench.readings.catalogue import Reading
@@ -17,7 +18,7 @@ from crawler_bench.readings.frames import claims_of, read_reading, runs_of, summ
 from crawler_bench.readings.laboratory import Laboratory, Scored
 from crawler_bench.readings.scoring import rescored
 from crawler_bench.readings.study import Study
-from crawler_bench.readings.tables import ranking, to_markdown
+from crawler_bench.readings.tables import ranking
 from crawler_bench.runs import store
 
 CAPTION = "Readings of what the paper leaves open, by rank; variations of what it gives follow without one."
@@ -47,7 +48,7 @@ def write(study: Study, folder: Path, started: float, say: Callable[[str], None]
         for name, frame in frames.items():
             write_csv(frame, draft / f"{name}.csv")
         table = ranking(readings)
-        (draft / "readings.md").write_text(to_markdown(table) + "\n")
+        (draft / "readings.md").write_text(markdown(table) + "\n")
         plain = table.astype(str).map(lambda text: text.replace("**", ""))
         (draft / "readings.tex").write_text(latex(plain, CAPTION, "tab:readings", long=True))
         (draft / "indistinct.txt").write_text(_indistinct(study.scored) + "\n")

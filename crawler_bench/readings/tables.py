@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pandas as pd
 
-from crawler_bench.output.cells import short
+from crawler_bench.output.cells import format_number, markdown
 from crawler_bench.paper.verdicts import Verdict
 from crawler_bench.readings.catalogue import DEFAULT
 from crawler_bench.readings.scoring import GROUPS, SHARE_FULL
@@ -19,12 +19,10 @@ NAMED = (DEFAULT.name, "literal")
 def ranking(readings: pd.DataFrame) -> pd.DataFrame:
     """All readings in short: rank, free constants, score with its interval, n, within, failed core claims."""
     return pd.DataFrame({
-        "rank": readings["rank"].map(short),
+        "rank": readings["rank"].map(format_number),
         "reading": list(map(described, readings["reading"], readings["family"], readings["changes"])),
         "free constants": readings["free"],
-        "score": [
-            f"{short(row.score)} ({short(row.low)} .. {short(row.high)})" for row in readings.itertuples()
-        ],
+        "score": list(map(_estimate, readings["score"], readings["low"], readings["high"])),
         "n": readings["n"],
         "within tolerance": ["yes" if each else "no" for each in _true(readings["within"])],
         "core claims failed": readings["core_failures"].fillna("").str.replace(" ", ", "),
@@ -39,11 +37,6 @@ def described(name: str, family: str, changed: str) -> str:
     return f"**{name}**" if name in NAMED else name
 
 
-def to_markdown(frame: pd.DataFrame) -> str:
-    """A frame as a Markdown table."""
-    return frame.to_markdown(index=False, disable_numparse=True)
-
-
 def blocks(results: Path) -> dict[str, Callable[[], str]]:
     """Every generated block about readings by name.
 
@@ -55,14 +48,14 @@ def blocks(results: Path) -> dict[str, Callable[[], str]]:
         return pd.read_csv(results / f"{name}.csv", keep_default_na=False, na_values=["nan"])
 
     def table(name: str, columns: dict[str, str]) -> str:
-        frame = read(name)[list(columns)].map(short)
+        frame = read(name)[list(columns)].map(format_number)
         if "moved" in columns:
             frame["moved"] = frame["moved"].map(_first_groups)
-        return to_markdown(frame.rename(columns=columns))
+        return markdown(frame.rename(columns=columns))
 
     return {
         "readings summary": lambda: _summary(read("readings"), read("confirmation")),
-        "readings ranking": lambda: to_markdown(ranking(_head(read("readings")))),
+        "readings ranking": lambda: markdown(ranking(_head(read("readings")))),
         "readings fields": lambda: table("fields", {
             "field": "field", "words": "the paper's words", "sourced": "values with a source",
             "default": "default",
@@ -93,6 +86,10 @@ def blocks(results: Path) -> dict[str, Callable[[], str]]:
     }  # fmt: skip
 
 
+def _estimate(value: object, low: object, high: object) -> str:
+    return f"{format_number(value)} ({format_number(low)} .. {format_number(high)})"
+
+
 def _first_groups(listed: str) -> str:
     """The groups that a field moves most."""
     names = listed.split(", ")
@@ -118,14 +115,15 @@ def _summary(readings: pd.DataFrame, confirmation: pd.DataFrame) -> str:
         else "By the rule, the default stays."
     )
     within, seeds = int(_true(open_ones["within"]).sum()), readings["n"].max()
-    between = f"{short(default['low'])} .. {short(default['high'])}"
+    best = format_number(sourced["score"].min())
     return (
         f"{len(readings)} readings of {seeds} paired training runs each, {len(GROUPS)} groups of claims. "
         f"Of the {len(open_ones)} that vary what the paper leaves open, {within} are within tolerance. "
-        f"The default is number {short(default['rank'])} scoring {short(default['score'])} ({between}) "
-        f"and {default['free']} free constants, the literal reading number {short(literal['rank'])} with "
-        f"{short(literal['score'])} and {literal['free']}. Of the {len(sourced)} readings without a free "
-        f"constant of the body the best has {short(sourced['score'].min())}. {decision}"
+        f"The default is number {format_number(default['rank'])} scoring "
+        f"{_estimate(*default[['score', 'low', 'high']])} and {default['free']} free constants, "
+        f"the literal reading number {format_number(literal['rank'])} with {format_number(literal['score'])} "
+        f"and {literal['free']}. Of the {len(sourced)} readings without a free constant of the body the best "
+        f"has {best}. {decision}"
     )
 
 
@@ -154,19 +152,16 @@ def _confirmation(frame: pd.DataFrame) -> str:
     shown = pd.DataFrame({
         "reading": frame["reading"],
         "free": frame["free"],
-        "score, seeds of the study": frame["score_before"].map(short),
-        "score, fresh seeds": [
-            f"{short(row.score)} ({short(row.low)} .. {short(row.high)})" for row in frame.itertuples()
-        ],
+        "score, seeds of the study": frame["score_before"].map(format_number),
+        "score, fresh seeds": list(map(_estimate, frame["score"], frame["low"], frame["high"])),
         "n": frame["n"],
-        "lower than the default by": [
-            f"{short(row.lower_by)} ({short(row.lower_low)} .. {short(row.lower_high)})"
-            for row in frame.itertuples()
-        ],
-        "on the diagonal": frame["diagonal"].map(short),
+        "lower than the default by": list(
+            map(_estimate, frame["lower_by"], frame["lower_low"], frame["lower_high"])
+        ),
+        "on the diagonal": frame["diagonal"].map(format_number),
         "replaces the default": ["yes" if each else "no" for each in _true(frame["replaces"])],
     })  # fmt: skip
-    return to_markdown(shown)
+    return markdown(shown)
 
 
 def _conclusions(frame: pd.DataFrame) -> str:
@@ -178,7 +173,7 @@ def _conclusions(frame: pd.DataFrame) -> str:
     wide = frame.pivot(index="conclusion", columns="population", values="cell")
     wide = wide.loc[frame["conclusion"].unique(), list(counts.index)]
     wide.columns = [f"{name} ({counts[name]})" for name in wide.columns]
-    return to_markdown(wide.reset_index())
+    return markdown(wide.reset_index())
 
 
 def _epsilon(ends: pd.DataFrame) -> str:
@@ -186,8 +181,8 @@ def _epsilon(ends: pd.DataFrame) -> str:
     along = ends[ends["field"] == "regularization"]
     sentences = []
     for end, rows in along.groupby("end", sort=False):
-        enough = rows[rows["share"] >= SHARE_FULL]["value"].map(short)
+        enough = rows[rows["share"] >= SHARE_FULL]["value"].map(format_number)
         where = f"at epsilon = {', '.join(enough)}" if len(enough) else "at no epsilon"
         sentences.append(f"*{end}*: in at least {SHARE_FULL:.0%} of the runs {where}")
-    tried = ", ".join(along["value"].drop_duplicates().map(short))
+    tried = ", ".join(along["value"].drop_duplicates().map(format_number))
     return f"Of epsilon = {tried}, {along['n'].max()} runs each: {'; '.join(sentences)}."

@@ -5,16 +5,17 @@ from pathlib import Path
 
 import pandas as pd
 
+from crawler_bench.output.cells import format_number, markdown
+
 NOT_MEASURED = "Not measured yet: `make speed`."
 Block = Callable[[], str]
 
 
-def blocks(folder: Path, short: Callable[[object], str]) -> dict[str, Block]:
+def blocks(folder: Path) -> dict[str, Block]:
     """Every generated block about speed by name; all but the list of commits show the commit measured last.
 
     Args:
         folder: what `make speed` wrote, or not yet.
-        short: writes a number with few digits.
     """
 
     def block(make: Callable[[pd.DataFrame], pd.DataFrame], file: str = "measurements") -> Block:
@@ -24,7 +25,7 @@ def blocks(folder: Path, short: Callable[[object], str]) -> dict[str, Block]:
                 return NOT_MEASURED
             table = pd.read_csv(path, dtype={"commit": str})
             shown = table if file == "commits" else table[table["date"] == table["date"].iloc[-1]]
-            return make(shown).map(short).to_markdown(index=False, disable_numparse=True)
+            return markdown(make(shown).map(format_number))
 
         return text
 

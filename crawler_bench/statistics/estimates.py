@@ -1,6 +1,7 @@
 """Statistics over independent training runs: interquartile means, bootstrap intervals, shares, crossovers."""
 
-from collections.abc import Callable, Iterator
+import warnings
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass
@@ -15,13 +16,13 @@ Array = NDArray[np.float64]
 
 CONFIDENCE = 0.95
 RESAMPLES = 9999
-_SEED = 20201122  # of every bootstrap: the same data give the same interval
+_SEED = 20201122  # of every bootstrap: equal data give equal intervals
 _intervals = ContextVar("intervals", default=True)
 
 
 @contextmanager
 def without_intervals() -> Iterator[None]:
-    """Estimates close on their values: for a caller who resamples whole runs himself."""
+    """Skip every interval (low = high = value), for a caller who resamples whole runs."""
     token = _intervals.set(False)
     try:
         yield
@@ -37,7 +38,7 @@ class Estimate:
         value: the estimate.
         low: lower end of the 95 % interval.
         high: upper end.
-        n: number of independent runs behind it.
+        n: number of independent runs.
     """
 
     value: float
@@ -47,13 +48,16 @@ class Estimate:
 
     @property
     def degenerate(self) -> bool:
-        """Whether all runs gave the same, so that an interval means nothing."""
+        """Whether all runs agree, so that the interval says nothing."""
         return self.low == self.high
 
     def scaled(self, factor: float) -> "Estimate":
-        """The same in other units; a negative factor turns the interval round."""
+        """The estimate in other units; a negative factor swaps the ends of the interval."""
         low, high = sorted((self.low * factor, self.high * factor))
         return Estimate(self.value * factor, low, high, self.n)
+
+
+UNKNOWN = Estimate(float("nan"), float("nan"), float("nan"), 0)
 
 
 def interquartile_mean(values: Array, axis: int = -1) -> Any:
@@ -61,60 +65,13 @@ def interquartile_mean(values: Array, axis: int = -1) -> Any:
     return stats.trim_mean(values, 0.25, axis=axis)
 
 
-def estimate(
-    values: ArrayLike, statistic: Callable[..., Any] = interquartile_mean, confidence: float = CONFIDENCE
-) -> Estimate:
+def estimate(values: ArrayLike, statistic: Callable[..., Any] = interquartile_mean) -> Estimate:
     """Interquartile mean over runs (or another statistic) with its bootstrap BCa interval.
 
     Missing values (NaN) are left out and not counted in n. Where all values are equal, or the interval is
-    undefined for another reason, it closes on the value and `degenerate` says so.
+    undefined for another reason, low = high = value and `degenerate` says so.
     """
-    known = np.asarray(values, dtype=np.float64)
-    known = known[np.isfinite(known)]
-    if known.size == 0:
-        return Estimate(float("nan"), float("nan"), float("nan"), 0)
-    value = float(statistic(known, axis=-1))
-    if known.size == 1 or np.ptp(known) == 0 or not _intervals.get():
-        return Estimate(value, value, value, known.size)
-    low, high = _interval((known,), statistic, confidence)
-    return Estimate(value, low, high, known.size)
-
-
-def _interval(
-    data: tuple[Array, ...], statistic: Callable[..., Any], confidence: float
-) -> tuple[float, float]:
-    """BCa interval; percentiles where the acceleration is undefined (the jackknife does not vary)."""
-    bootstrap = partial(
-        stats.bootstrap, data, statistic, paired=len(data) > 1, n_resamples=RESAMPLES,
-        confidence_level=confidence, vectorized=True,
-    )  # fmt: skip
-    with np.errstate(all="ignore"):
-        import warnings
-
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", stats.DegenerateDataWarning)
-            interval = bootstrap(method="BCa", rng=np.random.default_rng(_SEED)).confidence_interval
-            if not np.isfinite([interval.low, interval.high]).all():
-                interval = bootstrap(
-                    method="percentile", rng=np.random.default_rng(_SEED)
-                ).confidence_interval
-    return float(interval.low), float(interval.high)
-
-
-def share(outcomes: ArrayLike) -> Estimate:
-    """Share of runs with an outcome, with its Wilson interval."""
-    happened = np.asarray(outcomes, dtype=bool)
-    if happened.size == 0:
-        return Estimate(float("nan"), float("nan"), float("nan"), 0)
-    if not _intervals.get():
-        return Estimate(float(happened.mean()), *2 * (float(happened.mean()),), happened.size)
-    interval = stats.binomtest(int(happened.sum()), happened.size).proportion_ci(CONFIDENCE, method="wilson")
-    return Estimate(float(happened.mean()), float(interval.low), float(interval.high), happened.size)
-
-
-def paired_difference(first: ArrayLike, second: ArrayLike) -> Estimate:
-    """Interquartile mean of first - second over paired runs, with its interval."""
-    return estimate(np.asarray(first, dtype=np.float64) - np.asarray(second, dtype=np.float64))
+    return _estimate((values,), statistic)
 
 
 def estimate_pairs(first: ArrayLike, second: ArrayLike, statistic: Callable[..., Any]) -> Estimate:
@@ -125,20 +82,56 @@ def estimate_pairs(first: ArrayLike, second: ArrayLike, statistic: Callable[...,
         second: (runs,) values of the paired runs; a pair that lacks either is left out.
         statistic: (x, y, axis) -> value.
     """
-    a, b = np.asarray(first, dtype=np.float64), np.asarray(second, dtype=np.float64)
-    known = np.isfinite(a) & np.isfinite(b)
-    a, b = a[known], b[known]
-    if a.size == 0:
-        return Estimate(float("nan"), float("nan"), float("nan"), 0)
-    value = float(statistic(a, b, axis=-1))
-    if a.size == 1 or (np.ptp(a) == 0 and np.ptp(b) == 0) or not _intervals.get():
-        return Estimate(value, value, value, a.size)
-    low, high = _interval((a, b), statistic, CONFIDENCE)
-    return Estimate(value, low, high, a.size)
+    return _estimate((first, second), statistic)
+
+
+def _estimate(samples: tuple[ArrayLike, ...], statistic: Callable[..., Any]) -> Estimate:
+    arrays = [np.asarray(sample, dtype=np.float64) for sample in samples]
+    complete = np.logical_and.reduce([np.isfinite(array) for array in arrays])
+    arrays = [array[complete] for array in arrays]
+    n = arrays[0].size
+    if n == 0:
+        return UNKNOWN
+    value = float(statistic(*arrays, axis=-1))
+    if n == 1 or not any(np.ptp(array) for array in arrays) or not _intervals.get():
+        return Estimate(value, value, value, n)
+    return Estimate(value, *_interval(arrays, statistic), n)
+
+
+def _interval(data: Sequence[Array], statistic: Callable[..., Any]) -> tuple[float, float]:
+    """BCa interval; percentiles where the acceleration is undefined (the jackknife does not vary)."""
+    bootstrap = partial(
+        stats.bootstrap, data, statistic, paired=len(data) > 1, n_resamples=RESAMPLES,
+        confidence_level=CONFIDENCE, vectorized=True,
+    )  # fmt: skip
+    with np.errstate(all="ignore"), warnings.catch_warnings():
+        warnings.simplefilter("ignore", stats.DegenerateDataWarning)
+        for method in ("BCa", "percentile"):
+            interval = bootstrap(method=method, rng=np.random.default_rng(_SEED)).confidence_interval
+            if np.isfinite([interval.low, interval.high]).all():
+                break
+    return float(interval.low), float(interval.high)
+
+
+def share(outcomes: ArrayLike) -> Estimate:
+    """Share of runs with an outcome, with its Wilson interval."""
+    happened = np.asarray(outcomes, dtype=bool)
+    if happened.size == 0:
+        return UNKNOWN
+    value = float(happened.mean())
+    if not _intervals.get():
+        return Estimate(value, value, value, happened.size)
+    interval = stats.binomtest(int(happened.sum()), happened.size).proportion_ci(CONFIDENCE, method="wilson")
+    return Estimate(value, float(interval.low), float(interval.high), happened.size)
+
+
+def paired_difference(first: ArrayLike, second: ArrayLike) -> Estimate:
+    """Interquartile mean of first - second over paired runs, with its interval."""
+    return estimate(np.asarray(first, dtype=np.float64) - np.asarray(second, dtype=np.float64))
 
 
 def relative_excess(first: ArrayLike, second: ArrayLike) -> Estimate:
-    """How much, relatively, the interquartile mean of `first` exceeds that of `second`; runs are paired."""
+    """Relative excess of the interquartile mean of `first` over that of `second`; runs are paired."""
 
     def excess(x: Array, y: Array, axis: int = -1) -> Any:
         with np.errstate(divide="ignore", invalid="ignore"):  # a crawler that stands still has no excess
@@ -150,8 +143,8 @@ def relative_excess(first: ArrayLike, second: ArrayLike) -> Estimate:
 def improvement(first: ArrayLike, second: ArrayLike) -> Estimate:
     """Probability that a run of `first` exceeds a run of `second`, whichever two; a tie counts half.
 
-    Of n paired runs all n * n combinations are compared, because either agent could have been given another
-    seed; the interval resamples pairs.
+    All n * n combinations of n paired runs are compared, because either agent could have had another seed;
+    the interval resamples pairs.
     """
 
     def wins(x: Array, y: Array, axis: int = -1) -> Any:
@@ -185,7 +178,7 @@ def crossover(x: ArrayLike, rising: ArrayLike, falling: ArrayLike) -> tuple[Esti
     at = np.asarray(x, dtype=np.float64)
     difference = np.asarray(rising, dtype=np.float64) - np.asarray(falling, dtype=np.float64)
     if len(difference) == 0:
-        return estimate([]), float("nan")
+        return UNKNOWN, float("nan")
     rng = np.random.default_rng(_SEED)
     resamples = rng.integers(len(difference), size=(RESAMPLES // 5, len(difference)))
     crossings = np.array([first_crossing(at, difference[chosen].mean(axis=0)) for chosen in resamples])

@@ -49,3 +49,14 @@ def curve(agent="a", regularization=0.0, seed=0, speed=(1.0,) * 10, window=10):
         "agent": agent, "regularization": regularization, "seed": seed,
         "decisions": [window * (i + 1) for i in range(len(speed))], "speed": speed,
     })  # fmt: skip
+
+
+def tables(**by_agent):
+    """Policy tables of a run with seed 3: agent={mode: table}."""
+    return pd.concat(
+        pd.DataFrame(table)
+        .add_prefix("p_")
+        .assign(agent=agent, mode=mode, regularization=0.0, seed=3, observation=range(len(table)))
+        for agent, modes in by_agent.items()
+        for mode, table in modes.items()
+    )

@@ -6,9 +6,15 @@ import pandas as pd
 import pytest
 from matplotlib.figure import Figure
 
-from crawler_bench.benchmark.figures import every as figures
-from crawler_bench.benchmark.figures.curves import temperature_places
-from crawler_bench.benchmark.figures.looks import looks, short
+from crawler_bench.benchmark.figures.curves import (
+    learning_curves,
+    noise_curves,
+    softening,
+    temperature_places,
+)
+from crawler_bench.benchmark.figures.looks import looks, truncate
+from crawler_bench.benchmark.figures.policies import gaits, policy_matrices, trap_matrix
+from crawler_bench.benchmark.figures.scores import cycle_durations, speeds
 from crawler_bench.gait.record import Record
 from crawler_bench.statistics import estimates
 
@@ -67,14 +73,14 @@ def record(n=10, samples=1000):
 def all_figures(n=10, **case):
     runs, evaluations, cycles, tables, curves, softened, stuck = benchmark(n=n, **case)
     return {
-        "speeds": figures.speeds(runs),
-        "cycles": figures.cycle_durations(cycles, runs),
-        "noise": figures.noise_curves(evaluations),
-        "learning": figures.learning_curves(curves, runs),
-        "policies": figures.policy_matrices(tables, runs),
-        "gaits": figures.gaits({agent: record(n) for agent in runs["agent"].unique()}),
-        "softening": figures.softening(softened, stuck),
-        "traps": figures.trap_matrix(np.eye(n)),
+        "speeds": speeds(runs),
+        "cycles": cycle_durations(cycles, runs),
+        "noise": noise_curves(evaluations),
+        "learning": learning_curves(curves, runs),
+        "policies": policy_matrices(tables, runs),
+        "gaits": gaits({agent: record(n) for agent in runs["agent"].unique()}),
+        "softening": softening(softened, stuck),
+        "traps": trap_matrix(np.eye(n)),
     }
 
 
@@ -101,15 +107,9 @@ def test_quantities_have_units():
         assert r"\tau_\theta" in said or name == "traps", name
 
 
-def test_a_figure_is_written(tmp_path):
-    figures.save(figures.speeds(benchmark()[0]), tmp_path, "speeds")
-    assert (tmp_path / "speeds.png").is_file()
-    assert (tmp_path / "speeds.svg").is_file()
-
-
 def test_every_run_is_a_dot():
     runs = benchmark()[0]
-    panels = figures.speeds(runs).axes
+    panels = speeds(runs).axes
     for axes, epsilon in zip(panels, (0, 0.01), strict=True):
         dots = [
             line.get_xdata()
@@ -122,31 +122,31 @@ def test_every_run_is_a_dot():
 
 def test_random_and_wave_are_lines_only_where_they_are():
     runs = benchmark()[0]
-    assert "random (IQM)" in " ".join(text.get_text() for text in figures.speeds(runs).legends[0].get_texts())
-    axes = figures.speeds(runs).axes[0]
+    assert "random (IQM)" in " ".join(text.get_text() for text in speeds(runs).legends[0].get_texts())
+    axes = speeds(runs).axes[0]
     random = runs[(runs["agent"] == "random") & (runs["regularization"] == 0)]["speed"].sort_values()
     np.testing.assert_allclose(lines(axes, "random")[0], random.iloc[1:3].mean() * 1000)
-    without = figures.speeds(runs[runs["agent"] == "ppo"])
+    without = speeds(runs[runs["agent"] == "ppo"])
     assert "IQM" not in " ".join(text.get_text() for text in without.legends[0].get_texts())
 
 
 def test_agents_without_a_cycle_are_said_to_have_no_wave():
     runs, _, cycles, *_ = benchmark()
-    said = texts(figures.cycle_durations(cycles, runs))
+    said = texts(cycle_durations(cycles, runs))
     assert said.count("no wave") == 4  # ppo in two modes and two regularizations
     assert said.count("4/4") == 4
-    assert texts(figures.cycle_durations(cycles.iloc[:0], runs)).count("no wave") == 8
+    assert texts(cycle_durations(cycles.iloc[:0], runs)).count("no wave") == 8
 
 
 def test_mean_duration_of_a_run_is_a_dot():
     runs, _, cycles, *_ = benchmark(pairs=[("wave", "deterministic")], regularizations=[0.0])
-    axes = figures.cycle_durations(cycles, runs).axes[0]
+    axes = cycle_durations(cycles, runs).axes[0]
     np.testing.assert_allclose(axes.lines[0].get_xdata(), cycles.groupby("seed")["duration"].mean())
 
 
 def test_noise_curves_are_means_over_runs_of_means_over_starts():
     evaluations = benchmark()[1]
-    figure = figures.noise_curves(evaluations)
+    figure = noise_curves(evaluations)
     assert [axes.get_title("left") for axes in figure.axes] == [f"{agent}, {mode}" for agent, mode in USUAL]
     noise, speed = lines(figure.axes[1], "regularized (ε = 0.01)")
     given = evaluations[
@@ -161,17 +161,17 @@ def test_the_crossover_is_marked_where_the_curves_cross():
     evaluations = benchmark(pairs=[("any", "deterministic")])[1]
     falling = (evaluations["regularization"] == 0) * (0.002 - 0.02 * evaluations["noise"])
     evaluations["speed"] = 0.004 + falling
-    (axes,) = figures.noise_curves(evaluations).axes
+    (axes,) = noise_curves(evaluations).axes
     (crossing,) = [line for line in axes.lines if line.get_linestyle() == ":"]
     np.testing.assert_allclose(crossing.get_xdata(), 0.1)
     evaluations["speed"] = 0.004
-    (axes,) = figures.noise_curves(evaluations).axes
+    (axes,) = noise_curves(evaluations).axes
     assert not [line for line in axes.lines if line.get_linestyle() == ":"]
 
 
 def test_learning_curves_are_interquartile_means():
     curves = benchmark()[4]
-    figure = figures.learning_curves(curves)
+    figure = learning_curves(curves)
     decisions, speed = lines(figure.axes[0], "ppo")
     chosen = curves[(curves["agent"] == "ppo") & (curves["regularization"] == 0)]
     middle = chosen.groupby("decisions")["speed"].apply(lambda speeds: speeds.sort_values().iloc[1:3].mean())
@@ -180,14 +180,14 @@ def test_learning_curves_are_interquartile_means():
 
 
 def test_no_agent_that_learned_is_said_so():
-    figure = figures.learning_curves(pd.DataFrame())
+    figure = learning_curves(pd.DataFrame())
     assert "no agent learned" in texts(figure)
     figure.draw_without_rendering()
 
 
 def test_policies_are_means_over_runs():
     runs, _, _, tables, *_ = benchmark()
-    figure = figures.policy_matrices(tables, runs)
+    figure = policy_matrices(tables, runs)
     panels = [axes for axes in figure.axes if axes.get_title("left")]
     assert len(panels) == 8
     chosen = tables[
@@ -201,7 +201,7 @@ def test_policies_are_means_over_runs():
 
 
 def test_gaits_share_colours_and_time():
-    figure = figures.gaits({"long": record(), "short": record(samples=100)})
+    figure = gaits({"long": record(), "short": record(samples=100)})
     panels = [axes for axes in figure.axes if axes.get_title("left")]
     first, second = (axes.images[0] for axes in panels)
     assert first.norm.vmax == second.norm.vmax
@@ -211,12 +211,12 @@ def test_gaits_share_colours_and_time():
 
 
 def test_no_gait_is_said_so():
-    assert "no gait" in texts(figures.gaits({}))
+    assert "no gait" in texts(gaits({}))
 
 
 def test_softened_speeds_stand_at_their_temperatures():
     *_, softened, stuck = benchmark()
-    figure = figures.softening(softened, stuck)
+    figure = softening(softened, stuck)
     places, speed = lines(figure.axes[0], "ppo")
     chosen = softened[(softened["agent"] == "ppo") & (softened["regularization"] == 0)]
     middle = chosen.groupby("temperature")["speed"].apply(
@@ -228,7 +228,7 @@ def test_softened_speeds_stand_at_their_temperatures():
 
 def test_fixed_points_of_every_run_are_drawn():
     *_, softened, stuck = benchmark(seeds=2)
-    figure = figures.softening(softened.iloc[:0], stuck)
+    figure = softening(softened.iloc[:0], stuck)
     figure.draw_without_rendering()
     dots = [line.get_xdata() for line in figure.axes[2].lines if line.get_marker() == "o"]
     given = stuck[stuck["regularization"] == 0]["stuck"]
@@ -237,7 +237,7 @@ def test_fixed_points_of_every_run_are_drawn():
 
 def test_softening_without_traps_counted():
     *_, softened, stuck = benchmark(seeds=1)
-    figures.softening(softened, stuck.iloc[:0]).draw_without_rendering()
+    softening(softened, stuck.iloc[:0]).draw_without_rendering()
 
 
 def test_only_the_ends_of_all_temperatures():
@@ -257,5 +257,5 @@ def test_many_agents_are_told_apart():
 
 
 def test_long_names_are_cut():
-    assert short("ppo") == "ppo"
-    assert short("a" * 30, 10) == "a" * 9 + "…"
+    assert truncate("ppo") == "ppo"
+    assert truncate("a" * 30, 10) == "a" * 9 + "…"

@@ -6,8 +6,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from crawler_bench.benchmark.pairwise import COMPARED, compare, permutation_p, seeds_needed
+from crawler_bench.benchmark.pairwise import COMPARED, compare
 from crawler_bench.statistics import estimates
+from crawler_bench.statistics.significance import permutation_p, seeds_needed
 from tests.benchmark.frames import NAN, evaluated, run, runs_of
 
 RNG = np.random.default_rng(3)
@@ -39,6 +40,13 @@ def test_the_difference_is_first_minus_second(metric):
     assert turned["difference"] == pytest.approx(-wanted.value)
     assert turned["improvement"] == 0
     assert turned["p"] == found["p"]
+
+
+@pytest.mark.parametrize("least", [0.0, -1.0])
+def test_nothing_is_relative_to_a_second_that_stands_still_in_a_run(least):
+    found = pair([*runs_of("a", "speed", SLOW), *runs_of("b", "speed", [least, *OTHER[1:]])])
+    assert found[["relative", "relative_low", "relative_high"]].isna().all()
+    assert found["n"] == 10
 
 
 def test_pairs_are_of_the_same_seed():

@@ -9,9 +9,9 @@ import pandas as pd
 import pytest
 
 from crawler_bench.benchmark import tables
-from crawler_bench.benchmark.keys import write_csv
 from crawler_bench.benchmark.pairwise import compare
 from crawler_bench.benchmark.summary import summarize_benchmark
+from crawler_bench.output.csv_files import write_csv
 from crawler_bench.output.latex import latex
 from crawler_bench.report import blocks
 from tests.benchmark.frames import NAN, evaluated, runs_of

@@ -1,5 +1,7 @@
 """Gait metrics on made-up records whose answers are known."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -131,6 +133,24 @@ def test_strain_metrics():
     assert metrics.contracted_segments(from_strain([[0.11, 0.2, 0.09], [0, 0.3, -0.4]])) == 1.5
     assert metrics.visited_observations(record) == [0, 1, 2]
     np.testing.assert_array_equal(metrics.most_contracted(record), [2, 0, 1])
+
+
+def test_reward_is_advance_less_the_penalized_gradient():
+    """A decision is rewarded for the strain at its end: that of the first sample counts for none."""
+    record = from_strain([[0.9, 0.0, 0.0], [0.1, 0.0, 0.0], [0.3, 0.0, 0.0]])
+    advance = np.diff(record.centroid).mean()
+    assert metrics.reward(record, 0.0) == pytest.approx(advance)
+    assert metrics.reward(record, 0.5) == pytest.approx(advance - 0.5 * (0.1 + 0.3) / 2)
+
+
+@pytest.mark.parametrize("time", [0.0, 0.3, 0.9, 3.0])  # 3 x 0.3 is a little less than 0.9
+def test_a_record_is_cut_at_a_sample_that_both_parts_share(time):
+    record = make_record(np.arange(11.0)[:, None] * np.ones(3), action=np.arange(10) % 2)
+    record = replace(record, time=0.3 * np.arange(11))
+    before, after = record.before(time), record.after(time)
+    assert before.time[-1] == after.time[0] == pytest.approx(time)
+    assert before.action.size == before.time.size - 1
+    np.testing.assert_array_equal(np.concatenate([before.action, after.action]), record.action)
 
 
 def test_unused_muscles():

@@ -188,6 +188,22 @@ def test_policies_far_from_the_diagonal_are_not_similar(monkeypatch):
     assert find_claim("alpha_gamma").measure(planted()).value == 0
 
 
+@pytest.mark.parametrize(
+    ("claim", "experiment", "column", "fails", "holds"),
+    [
+        ("pairs", "unregularized", "pairs_together", 1, 2),
+        ("unused_muscles", "unregularized", "unused_muscles", 0, 1),
+        ("power_periodic", "regularized", "power_periodicity", 0.7, 0.9),
+        ("power_periodic_unregularized", "unregularized", "power_periodicity", 0.7, 0.9),
+        ("localized", "regularized", "contracted_segments", 2.2, 1.8),
+    ],
+)
+def test_thresholds_of_shares(claim, experiment, column, fails, holds, monkeypatch):
+    for value, share in ((fails, 0), (holds, 1)):
+        monkeypatch.setitem(PLANTED[experiment], column, value)
+        assert find_claim(claim).measure(planted()).value == share
+
+
 def test_a_wave_towards_the_tail_is_none_and_no_lack_of_one(monkeypatch):
     for experiment in ("regularized", "untrained"):
         monkeypatch.setitem(PLANTED[experiment], "wave_order", -0.9)

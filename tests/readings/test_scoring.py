@@ -75,7 +75,8 @@ def a_claim(kind: Kind, paper: float | str = "> 0") -> Claim:
 
 
 @pytest.mark.parametrize(
-    ("ours", "far"), [(33.0, 0), (36.3, 1), (29.7, 1), (39.6, 2), (0.0, CAP), (1e6, CAP), (NAN, CAP)]
+    ("ours", "far"),
+    [(33.0, 0), (36.3, 1), (29.7, 1), (39.6, 2), (47.85, 4.5), (0.0, CAP), (1e6, CAP), (NAN, CAP)],
 )
 def test_a_number_is_as_far_as_its_difference_in_tenths(ours, far):
     assert distance(a_claim(Kind.NUMBER, 33.0), Estimate(ours, ours, ours, 5)) == pytest.approx(far)

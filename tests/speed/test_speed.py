@@ -73,7 +73,7 @@ def test_the_documentation_is_made_of_it(folder: Path) -> None:
 
 
 def test_without_results_the_documentation_says_so(tmp_path: Path) -> None:
-    made = report.blocks(tmp_path, blocks.short)
+    made = report.blocks(tmp_path)
     assert {block() for block in made.values()} == {report.NOT_MEASURED}
 
 
@@ -125,7 +125,7 @@ def test_the_latest_commit_is_the_one_shown(tmp_path: Path) -> None:
     history.append(MANIFEST, [GOAL_FAILS])
     history.append(MANIFEST | {"finished": "2026-02-01T00:00:00+00:00"}, [GOAL_MET])
     assert list(history.latest()["what"]) == ["memory"]
-    shown = report.blocks(tmp_path, blocks.short)
+    shown = report.blocks(tmp_path)
     assert "memory (bytes)" in shown["speed"]()
     assert "crawler" not in shown["speed"]()
     assert shown["speed commits"]().count("`0123456`") == 2

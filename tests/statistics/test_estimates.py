@@ -40,11 +40,6 @@ def test_the_interval_is_bca(statistic):
     assert not ours.degenerate
 
 
-def test_a_lower_confidence_gives_a_shorter_interval():
-    wide, narrow = stats.estimate(SKEWED), stats.estimate(SKEWED, confidence=0.5)
-    assert wide.low < narrow.low < narrow.high < wide.high
-
-
 @pytest.mark.parametrize("values", [[0.3] * 10, [0.3]])
 def test_identical_values_close_the_interval(values):
     found = stats.estimate(values)
@@ -166,6 +161,17 @@ def test_the_mean_curves_cross_with_an_interval_over_runs():
     assert found.value == pytest.approx(0.2)
     assert 0.15 < found.low < 0.2 < found.high < 0.25
     assert share == 1
+
+
+def test_the_interval_of_a_crossover_resamples_runs():
+    """A run that is faster by d crosses d / 2 earlier; so the mean curves cross at the mean place."""
+    lead = np.random.default_rng(8).normal(scale=0.1, size=8)
+    found, _ = stats.crossover(X, 0.5 + X + lead[:, None], np.tile(0.9 - X, (8, 1)))
+    wanted = reference.bootstrap(
+        (0.2 - lead / 2,), np.mean, confidence_level=0.95, method="percentile", rng=0
+    ).confidence_interval
+    width = wanted.high - wanted.low
+    assert (found.low, found.high) == pytest.approx((wanted.low, wanted.high), abs=0.025 * width)
 
 
 def test_curves_that_cross_in_some_resamples_only():

@@ -9,8 +9,6 @@ from matplotlib.figure import Figure
 
 from crawler_bench.benchmark.figures.looks import (
     REFERENCES,
-    SPEED_LABEL,
-    SPEED_SCALE,
     Look,
     band,
     draw_references,
@@ -22,10 +20,11 @@ from crawler_bench.benchmark.figures.looks import (
     regularization_colours,
     regularization_label,
     regularizations,
-    short,
+    truncate,
 )
-from crawler_bench.output.style import INK, Array, new_figure, show_missing, tidy
+from crawler_bench.output.style import INK, SPEED_LABEL, SPEED_SCALE, new_figure, show_missing, tidy
 from crawler_bench.statistics import estimates
+from crawler_bench.statistics.estimates import Array
 
 OVERTAKES = "from here on the strongest regularization is the faster one (shaded: 95 % interval)"
 
@@ -36,7 +35,7 @@ def noise_curves(evaluations: pd.DataFrame) -> Figure:
     Where the mean curve of the strongest regularization overtakes that of the weakest is marked.
 
     Args:
-        evaluations: a row for each start of each run at each noise: agent, mode, regularization, seed, noise,
+        evaluations: one row per start of each run at each noise: agent, mode, regularization, seed, noise,
             start, speed (L / tau_theta).
     """
     key = ["agent", "mode", "regularization", "seed", "noise"]
@@ -49,7 +48,7 @@ def noise_curves(evaluations: pd.DataFrame) -> Figure:
     colours, drawn = regularization_colours(values), {}
     for axes, (agent, mode) in zip(panels, pairs, strict=True):
         tidy(axes, "")
-        axes.set_title(f"{short(agent)}, {mode}", loc="left", fontsize=9, color=INK)
+        axes.set_title(f"{truncate(agent)}, {mode}", loc="left", fontsize=9, color=INK)
         chosen = of_runs[(of_runs["agent"] == agent) & (of_runs["mode"] == mode)]
         tables = {
             value: chosen[chosen["regularization"] == value].pivot(
@@ -107,8 +106,8 @@ def learning_curves(
     """Speed while learning, exploration included, against decisions.
 
     Args:
-        curves: a row a run and window of its learning: agent, regularization, seed, decisions (at the end of
-            the window), speed (in the window, L / tau_theta).
+        curves: one row per run and window of its learning: agent, regularization, seed, decisions (at the end
+            of the window), speed (in the window, L / tau_theta).
         runs: frozen policies, whose random and hand-written agents are drawn as lines to compare with.
         agents: all names of the benchmark, so that an agent looks the same in every figure.
     """
@@ -142,9 +141,9 @@ def softening(frame: pd.DataFrame, stuck: pd.DataFrame, agents: Sequence[str] = 
     """Speed of learned policies made surer and less sure, and in how many traps they are when they are sure.
 
     Args:
-        frame: a row a run and temperature: agent, regularization, seed, temperature (0 to infinity), speed
-            (L / tau_theta).
-        stuck: a row a run: agent, regularization, seed, stuck (observations that are a trap).
+        frame: one row per run and temperature: agent, regularization, seed, temperature (0 to infinity),
+            speed (L / tau_theta).
+        stuck: one row per run: agent, regularization, seed, stuck (observations that are a trap).
         agents: all names of the benchmark, so that an agent looks the same in every figure.
     """
     values = sorted({*regularizations(frame), *regularizations(stuck)})
@@ -177,7 +176,7 @@ def temperature_places(temperatures: Array) -> Array:
 
 
 def _draw_temperatures(axes: Axes, frame: pd.DataFrame, every: pd.Series, look_of: dict[str, Look]) -> None:
-    """One line an agent; the axis is broken before 0 and infinity."""
+    """One line per agent; the axis is broken before 0 and infinity."""
     known: Array = np.unique(every.to_numpy(np.float64))
     places = dict(zip(known, temperature_places(known), strict=True))
     for agent, rows in frame.groupby("agent", sort=False):
@@ -205,7 +204,7 @@ def _fraction(value: float) -> str:
 
 
 def _draw_stuck(axes: Axes, stuck: pd.DataFrame, names: Sequence[str], look_of: dict[str, Look]) -> None:
-    """A dot a run, and the interquartile mean with its interval."""
+    """One dot per run, and the interquartile mean with its interval."""
     for row, name in enumerate(names):
         counts = np.sort(stuck.loc[stuck["agent"] == name, "stuck"].to_numpy(np.float64))
         # Counts are whole: equal ones are heaped.
@@ -217,7 +216,9 @@ def _draw_stuck(axes: Axes, stuck: pd.DataFrame, names: Sequence[str], look_of: 
             bar = ([middle.value - middle.low], [middle.high - middle.value])
             axes.errorbar(middle.value, row, xerr=bar, color=INK, marker="|", ms=11, capsize=2, lw=1)
     axes.set(
-        yticks=range(len(names)), yticklabels=[short(name) for name in names], ylim=(len(names) - 0.4, -0.6)
+        yticks=range(len(names)),
+        yticklabels=[truncate(name) for name in names],
+        ylim=(len(names) - 0.4, -0.6),
     )
     axes.set_xlim(-0.5, max(10.5, float(stuck["stuck"].max()) + 1 if len(stuck) else 0))
     axes.set_xlabel("fixed points of a run (dots; bar: interquartile mean)")
@@ -225,7 +226,7 @@ def _draw_stuck(axes: Axes, stuck: pd.DataFrame, names: Sequence[str], look_of: 
 
 def _line(agent: str, look: Look, every: int) -> dict[str, object]:
     """How to draw an agent's line."""
-    known = {"color": look.colour, "ls": look.dashes, "label": short(agent), "lw": 1.8}
+    known = {"color": look.colour, "ls": look.dashes, "label": truncate(agent), "lw": 1.8}
     if agent in REFERENCES:
         return known
     return known | {"marker": look.marker, "ms": 4.5, "markevery": every}

@@ -11,11 +11,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from crawler_bench.benchmark.keys import MODES
-from crawler_bench.output.style import BLUE, GREY, INK, RED, Array
+from crawler_bench.output.style import BLUE, GREY, INK, RED, SPEED_SCALE
 from crawler_bench.statistics import estimates
+from crawler_bench.statistics.estimates import Array
 
-SPEED_SCALE = 1e3  # speeds are drawn in 10^-3 L / tau_theta
-SPEED_LABEL = r"speed ($10^{-3}\,L/\tau_\theta$)"
 REFERENCES = {"random": (GREY, "--"), "wave": (INK, "-.")}  # lines to hold all others against, where present
 
 # Okabe and Ito's colours without yellow and black, then darker ones of Tol's "muted".
@@ -104,7 +103,7 @@ def label_bottom(panels: Sequence[Axes], columns: int, label: str) -> None:
         axes.set_xlabel(label, fontsize=9)
 
 
-def short(name: str, length: int = 24) -> str:
+def truncate(name: str, length: int = 24) -> str:
     """A name with its end left out where it is too long for its place."""
     return name if len(name) <= length else name[: length - 1] + "…"
 

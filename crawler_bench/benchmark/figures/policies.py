@@ -10,25 +10,19 @@ from matplotlib.figure import Figure
 from matplotlib.image import AxesImage
 from matplotlib.lines import Line2D
 
-from crawler_bench.benchmark.figures.looks import (
-    SPEED_SCALE,
-    grid,
-    label_bottom,
-    modes_of,
-    regularizations,
-    short,
-)
+from crawler_bench.benchmark.figures.looks import grid, label_bottom, modes_of, regularizations, truncate
 from crawler_bench.benchmark.keys import action_columns
 from crawler_bench.gait import metrics
-from crawler_bench.gait.record import Record
+from crawler_bench.gait.record import Array, Record
 from crawler_bench.output.kymographs import GAIT_DURATION
 from crawler_bench.output.style import (
     GREEN,
     INK,
     ORANGE,
+    SPEED_SCALE,
+    SPEED_UNIT,
     STRAIN_LABEL,
     TIME_LABEL,
-    Array,
     new_figure,
     part_ticks,
     show_missing,
@@ -39,7 +33,6 @@ from crawler_bench.statistics import estimates
 
 PROBABILITY = LinearSegmentedColormap.from_list("probability", ["#ffffff", "#bfe3d3", "#4fa886", GREEN])
 TRAPPED = LinearSegmentedColormap.from_list("trapped", ["#ffffff", "#c9c9c9", "#4d4d4d"])
-SPEED_UNIT = r"$10^{-3}\,L/\tau_\theta$"
 _WIDTH = 6  # matrices in a row
 
 
@@ -47,9 +40,9 @@ def policy_matrices(tables: pd.DataFrame, runs: pd.DataFrame) -> Figure:
     """The mean policy of every agent, mode and regularization; regularizations of an agent side by side.
 
     Args:
-        tables: a row a run, mode and observation: agent, mode, regularization, seed, observation and p_0, p_1
-            ... the probability of each action.
-        runs: a row a run: agent, mode, regularization, seed, speed (L / tau_theta).
+        tables: one row per run, mode and observation: agent, mode, regularization, seed, observation and p_0,
+            p_1 ... the probability of each action.
+        runs: one row per run: agent, mode, regularization, seed, speed (L / tau_theta).
     """
     pairs, values = modes_of(tables), regularizations(tables)
     across = max(1, min(_WIDTH // len(values), len(pairs)))
@@ -107,7 +100,7 @@ def _title(pair: tuple[str, str], value: float, tables: pd.DataFrame, runs: pd.D
     off = metrics.off_diagonal(_mean_table(tables))
     speed = estimates.estimate(runs["speed"].to_numpy(np.float64) * SPEED_SCALE).value
     seeds = tables["seed"].nunique()
-    said = f"{short(pair[0])}\n{pair[1]}, ε = {value:g}, n = {seeds}\noff the diagonal {off:.2f}"
+    said = f"{truncate(pair[0])}\n{pair[1]}, ε = {value:g}, n = {seeds}\noff the diagonal {off:.2f}"
     return said + (f", speed {speed:.1f}" if np.isfinite(speed) else "")
 
 
@@ -167,7 +160,7 @@ def gaits(records: Mapping[str, Record]) -> Figure:
     for axes, (name, record) in zip(panels, shown.items(), strict=True):
         image = strain_kymograph(axes, record.time - record.time[0], record.strain)
         axes.set_ylabel("")
-        said = f"{short(name, 38)}: speed {metrics.speed(record) * SPEED_SCALE:.1f}"
+        said = f"{truncate(name, 38)}: speed {metrics.speed(record) * SPEED_SCALE:.1f}"
         axes.set_title(said, loc="left", fontsize=9, color=INK)
         axes.set_xlim(0, max(each.time[-1] - each.time[0] for each in shown.values()))
     label_bottom(panels, columns, TIME_LABEL)
