@@ -1,8 +1,9 @@
-"""Agents against each other on the same reward: run them all, measure them all alike, collect tidy frames.
+"""Agents compared on the same reward: run all, measure all alike, collect tidy frames.
 
 An entry is an experiment: an agent's configuration over seeds and regularizations. Each of its runs is
-evaluated twice, as the agent thinks best ("deterministic") and as it acts while it learns ("stochastic"); a
-run whose two policies are the same table counts once, under the name that fits the table.
+evaluated twice, with the actions that the agent thinks best ("deterministic") and with those that it takes
+while it learns ("stochastic"); a run whose two policies are the same table counts once, under the name that
+fits the table.
 """
 
 from collections.abc import Sequence
@@ -20,7 +21,7 @@ from crawler_bench.runs.results import read_outcomes
 from crawler_bench.runs.sweep import Outcome, require_success, run_cells, run_experiments
 
 REGULARIZATION = "environment.regularization"
-WINDOWS = 64  # of a learning curve; fewer where fewer points were recorded
+WINDOWS = 64  # of a learning curve, or one fewer than the points that were recorded
 FEWEST_WINDOWS = 5
 CURVE = [*LEARNER, "decisions", "gradient_updates", "speed", "policy"]
 
@@ -30,12 +31,12 @@ class Benchmark:
     """Everything that was measured.
 
     Attributes:
-        outcomes: of the runs, by mode; a run that stands under one mode only is missing under the other.
-        runs: a row a run and mode, keyed by agent, mode, regularization and seed.
-        evaluations: a row a run, mode, noise and start.
-        cycles: a row a cycle.
-        tables: a row a run, mode and observation, with the probability of each action.
-        curves: a row a run and window of its learning: decisions, gradient_updates, speed, policy.
+        outcomes: of the runs, by mode; a run that counts under one mode is missing under the other.
+        runs: one row per run and mode, keyed by agent, mode, regularization and seed.
+        evaluations: one row per run, mode, noise and start.
+        cycles: one row per cycle.
+        tables: one row per run, mode and observation, with the probability of each action.
+        curves: one row per run and window of its learning: decisions, gradient_updates, speed, policy.
         failures: cells that did not finish.
     """
 
@@ -49,7 +50,7 @@ class Benchmark:
 
 
 def run_benchmark(entries: Sequence[Experiment], runs_root: Path, *, jobs: int, quiet: bool) -> Benchmark:
-    """Train and evaluate every entry, but for what is there already.
+    """Train and evaluate every entry; finished runs are looked up.
 
     Raises:
         RuntimeError: if no run at all succeeded.
@@ -102,7 +103,7 @@ def collect(found: dict[str, list[Outcome]]) -> Benchmark:
     names = _names(tables)
 
     def keep(frame: pd.DataFrame) -> pd.DataFrame:
-        """The rows of modes that stand for themselves, under the names that fit."""
+        """The rows of modes that count, under their names."""
         named: Any = [
             names.get((agent, mode)) for agent, mode in zip(frame["agent"], frame["mode"], strict=True)
         ]
@@ -126,7 +127,7 @@ def collect(found: dict[str, list[Outcome]]) -> Benchmark:
 
 
 def measured(outcomes: Sequence[Outcome], mode: str) -> list[pd.DataFrame]:
-    """Runs, evaluations and cycles, keyed as RUN says."""
+    """Runs, evaluations and cycles, keyed by RUN."""
     frames = []
     for frame in read_outcomes(outcomes):
         keyed = frame.drop(columns="agent", errors="ignore").rename(columns={"experiment": "agent"})
@@ -140,16 +141,15 @@ def _tables(outcomes: Sequence[Outcome], mode: str) -> pd.DataFrame:
     for outcome in outcomes:
         if outcome.evaluation is not None:
             table = read_evaluation(outcome.evaluation).table
-            frame = pd.DataFrame(table, columns=[f"p_{action}" for action in range(table.shape[1])])
-            key = zip(RUN, (*_key(outcome)[:1], mode, *_key(outcome)[1:]), strict=True)
-            frames.append(
-                pd.DataFrame(dict(key), index=frame.index).assign(observation=frame.index).join(frame)
-            )
+            frame = pd.DataFrame(table).add_prefix("p_")
+            agent, *rest = learner_of(outcome)
+            key = dict(zip(RUN, (agent, mode, *rest), strict=True))
+            frames.append(pd.DataFrame(key | {"observation": frame.index}).join(frame))
     return pd.concat(frames, ignore_index=True) if frames else pd.DataFrame(columns=RUN)
 
 
 def _names(tables: pd.DataFrame) -> dict[tuple[str, str], str]:
-    """What each agent's mode is called; missing where it is the other one over again."""
+    """The name of each agent's mode; missing where its tables repeat the other mode's."""
     names = {}
     key = ["regularization", "seed", "observation"]
     for agent, rows in tables.groupby("agent"):
@@ -164,12 +164,13 @@ def _names(tables: pd.DataFrame) -> dict[tuple[str, str], str]:
     return names
 
 
-def _key(outcome: Outcome) -> tuple[str, float, int]:
+def learner_of(outcome: Outcome) -> tuple[str, float, int]:
+    """Agent, regularization and seed of a run: its LEARNER."""
     return outcome.cell.experiment, outcome.cell.config.environment.regularization, outcome.cell.seed
 
 
 def learning_curves(outcomes: Sequence[Outcome]) -> pd.DataFrame:
-    """Learning curves in windows of equal numbers of decisions; agents that learn nothing have none."""
+    """Learning curves in windows of equally many decisions; agents that learn nothing have none."""
     curves = []
     for outcome in outcomes:
         if outcome.folder is None or not outcome.cell.config.decisions:
@@ -179,7 +180,7 @@ def learning_curves(outcomes: Sequence[Outcome]) -> pd.DataFrame:
         )
         decisions = learning["decisions"].to_numpy(float)
         windows = min(WINDOWS, len(decisions) - 1)
-        if windows < FEWEST_WINDOWS:  # an agent that tells next to nothing of how it learns
+        if windows < FEWEST_WINDOWS:  # an agent that hardly ever calls back while it learns
             continue
         ends = np.linspace(0, decisions[-1], windows + 1)
         time, distance, updates = (
@@ -187,7 +188,7 @@ def learning_curves(outcomes: Sequence[Outcome]) -> pd.DataFrame:
             for column in ("time", "distance", "gradient_updates")
         )
         elapsed = np.diff(time)
-        agent, regularization, seed = _key(outcome)
+        agent, regularization, seed = learner_of(outcome)
         curves.append(pd.DataFrame({
             "agent": agent, "regularization": regularization, "seed": seed,
             "decisions": ends[1:], "gradient_updates": updates[1:],

@@ -15,7 +15,7 @@ WHOLE_RUN = "run"  # in place of a metric
 
 
 def cell_hash(entry: str, config: RunConfig, mode: str, seeds: Sequence[int], metric: str) -> str:
-    """Eight digits that stand for a cell."""
+    """Eight hexadecimal digits that name a cell."""
     content = to_mapping(override(config, {"evaluation.mode": mode}, "cell"))
     content |= {"entry": entry, "seeds": list(seeds), "metric": metric}
     return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()[:8]
@@ -23,11 +23,7 @@ def cell_hash(entry: str, config: RunConfig, mode: str, seeds: Sequence[int], me
 
 @dataclass(frozen=True)
 class Hasher:
-    """Hashes of cells and runs.
-
-    Attributes:
-        entries: the experiments by name.
-    """
+    """Hashes of the cells and runs of these experiments, by name."""
 
     entries: dict[str, Experiment]
 

@@ -1,4 +1,4 @@
-"""The two curves of a run in numbers: speed against noise, and speed against learning."""
+"""The two curves of a run as numbers: speed against noise, and speed while learning."""
 
 import math
 
@@ -8,8 +8,8 @@ import pandas as pd
 from crawler_bench.benchmark.keys import LEARNER, RUN
 from crawler_bench.statistics.estimates import Array
 
-SMOOTHING = 5  # windows of a learning curve that are averaged, two on each side
-FINAL = 0.1  # share of the windows, at the end, whose mean is the final speed
+SMOOTHING = 5  # windows of the running mean, two on each side
+FINAL = 0.1  # the final speed is the mean over this last share of the windows
 REACHED = 0.9  # share of the final speed
 
 
@@ -17,20 +17,19 @@ def noise_curves(evaluations: pd.DataFrame) -> pd.DataFrame:
     """Speed against noise.
 
     Args:
-        evaluations: a row a run, mode, noise and start, with `speed` in L / tau_theta.
+        evaluations: one row per run, mode, noise and start, with `speed` in L / tau_theta.
 
     Returns:
-        A row a run and mode (indexed as RUN says), a column an amplitude s in rising order, each the mean
-        over the starts; NaN at an amplitude that a run was not measured at.
+        One row per run and mode (indexed by RUN), one column per amplitude s in rising order: the mean over
+        the starts, NaN where a run was not measured.
     """
     return evaluations.pivot_table(index=RUN, columns="noise", values="speed", aggfunc="mean")
 
 
 def noise_area(curves: pd.DataFrame) -> pd.Series:
-    """Area under each curve over the range of s, 0 to 0.4 by default: its mean speed, L / tau_theta.
+    """Mean speed of each curve over the range of s (0 to 0.4 by default), L / tau_theta; trapezoid rule.
 
-    By the trapezoid rule, so that amplitudes count by their distance. NaN where an amplitude is missing or
-    there is only one.
+    NaN where an amplitude is missing or there is only one.
     """
     amplitudes = curves.columns.to_numpy(float)
     if amplitudes.size < 2:
@@ -40,19 +39,19 @@ def noise_area(curves: pd.DataFrame) -> pd.Series:
 
 
 def decisions_to_final(decisions: Array, speed: Array) -> float:
-    """Decisions after which a learning curve has reached 90 % of its final speed for good.
+    """Decisions after which a learning curve stays at or above 90 % of its final speed.
 
-    The final speed is the mean over the last tenth of the windows. The curve is smoothed by a running mean
-    over 5 windows, fewer at its ends. The answer is the end of the first window from which on the smoothed
-    speed stays at or above 90 % of the final one, so that an early burst (acting at random is fast here) is
-    no success. It is a multiple of the window: an agent that is as fast from the start gets the first.
+    The curve is smoothed by a running mean over 5 windows, fewer at its ends. The answer is the end of the
+    first window from which the smoothed speed never falls below 90 % of the final one, so that an early burst
+    (acting at random is fast here) does not count. An agent that is as fast from the start gets the first
+    window.
 
-    NaN where the agent never learns: it has no curve, or no final speed above 0, or a final speed below
-    90 % of the first smoothed one (it has lost speed), or it does not hold 90 % to the end.
+    NaN where the agent never learns: it has no curve, no final speed above 0, a final speed below 90 % of the
+    first smoothed one, or does not hold 90 % to the end.
 
     Args:
         decisions: (W,) decisions taken at the end of each window, increasing.
-        speed: (W,) mean speed in it, L / tau_theta; NaN where it is not known.
+        speed: (W,) mean speed in the window, L / tau_theta; NaN where unknown.
     """
     if not speed.size:
         return math.nan
@@ -62,14 +61,14 @@ def decisions_to_final(decisions: Array, speed: Array) -> float:
     known = smooth[np.isfinite(smooth)]
     if not final > 0 or final < REACHED * known[0]:
         return math.nan
-    # A window of which nothing is known breaks no spell: it is neither above nor below.
+    # An unknown window is neither above nor below.
     below = np.flatnonzero(smooth < REACHED * final)
     reached = int(below[-1]) + 1 if below.size else 0
     return float(decisions[reached]) if reached < speed.size else math.nan
 
 
 def learning_decisions(curves: pd.DataFrame) -> pd.DataFrame:
-    """`decisions_to_final` of every learning curve: a row a run that has one, keyed as LEARNER says."""
+    """`decisions_to_final` of every learning curve: one row per run that has one, keyed by LEARNER."""
     rows = [
         (*key, decisions_to_final(rows["decisions"].to_numpy(float), rows["speed"].to_numpy(float)))
         for key, rows in (curves.groupby(LEARNER, sort=False) if len(curves) else ())

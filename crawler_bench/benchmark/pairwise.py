@@ -1,8 +1,7 @@
-"""Agents against each other, two at a time, over paired seeds."""
+"""Agents compared in pairs, over paired seeds."""
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
 from itertools import combinations
 from typing import Any
 
@@ -11,59 +10,45 @@ import pandas as pd
 from statsmodels.stats.multitest import multipletests
 
 from crawler_bench.benchmark.curves import noise_curves
-from crawler_bench.benchmark.summary import GROUP, measure_runs, metric
+from crawler_bench.benchmark.keys import GROUP, Group
+from crawler_bench.benchmark.summary import measure_runs, metric
 from crawler_bench.statistics import estimates
 from crawler_bench.statistics.estimates import Array, Estimate
 from crawler_bench.statistics.significance import ALPHA, permutation_p, seeds_needed
 
-Key = tuple[str, str, float]  # agent, mode, regularization
-
 COMPARED = ("speed", "reward", "noise_area", "cycle_duration")
-OWN = ("reward",)  # what each regularization counts in its own way: not compared between two
+OWN = ("reward",)  # means something else at each regularization: not compared between two
 SIDES = ("first", "second")
 FAMILY = ["metric", "first_regularization", "second_regularization"]  # tests that are corrected together
 
 
-@dataclass(frozen=True)
-class Crossing:
-    """Where the curves of speed against noise cross.
-
-    Attributes:
-        noise: amplitude s at which the slower at s = 0 overtakes; NaN where it does not.
-        share: share of resamples of the runs in which it does.
-        overtakes: "first" or "second"; empty where neither does.
-    """
-
-    noise: Estimate
-    share: float
-    overtakes: str
-
-
 def compare(runs: pd.DataFrame, evaluations: pd.DataFrame) -> pd.DataFrame:
-    """Hold agents of one regularization against each other, and each against itself at another.
+    """Compare agents at the same regularization, and each agent with itself at another.
 
     Args:
-        runs: a row a run and mode.
-        evaluations: a row a run, mode, noise and start.
+        runs: one row per run and mode.
+        evaluations: one row per run, mode, noise and start.
 
     Returns:
-        A row a pair and metric:
+        One row per pair and metric:
         first_agent, first_mode, first_regularization and the same of the second;
         metric: of COMPARED; between regularizations, without OWN;
-        difference, low, high: interquartile mean of first - second over seeds that both know, with its BCa
-        interval, in the metric's unit;
+        difference, low, high: interquartile mean of first - second over the seeds that both have, with its
+        BCa interval, in the metric's unit;
         n: number of those seeds;
         degenerate: whether the difference is the same in all of them, so that low = high says nothing;
         relative, relative_low, relative_high: excess of the first's interquartile mean over the second's;
-        NaN where not all values of the second are above 0;
+        NaN unless all values of the second are above 0;
         improvement, improvement_low, improvement_high: probability that a run of the first has the larger
         value (of a cycle duration the longer, not the better one), see `estimates.improvement`;
         p, p_holm, p_fdr: two-sided paired permutation test, exact up to 13 seeds; Holm's correction over all
         pairs of the metric and regularization (the pairs of regularizations are a family of their own), and
         Benjamini and Hochberg's, because 10 seeds cannot bring Holm's below 0.05 in more than 25 pairs. They
-        take seeds for independent runs, which the seeds of an agent that neither learns nor draws are not;
-        crossover, crossover_low, crossover_high, crossover_share, overtakes: see `Crossing`; on the rows of
-        noise_area, whose curves they are of;
+        assume independent runs, which the seeds of an agent that neither learns nor draws are not; crossover,
+        crossover_low, crossover_high (on the rows of noise_area): amplitude s at which the agent that is
+        slower at s = 0 overtakes, NaN where it does not;
+        crossover_share: share of resamples of the runs in which it does;
+        overtakes: "first" or "second", empty where neither does;
         seeds_needed: see `seeds_needed`.
     """
     measured = measure_runs(runs, evaluations)
@@ -81,18 +66,18 @@ def compare(runs: pd.DataFrame, evaluations: pd.DataFrame) -> pd.DataFrame:
                 continue
             a, b = metric(name).of(groups[first]).align(metric(name).of(groups[second]), join="inner")
             row = key | {"metric": name} | _compare(a.to_numpy(float), b.to_numpy(float))
-            crossing = _cross(curves.get(first), curves.get(second)) if name == "noise_area" else None
-            rows.append(row | _describe(crossing))
+            crossed = name == "noise_area" and first in curves and second in curves
+            rows.append(row | (_cross(curves[first], curves[second]) if crossed else NO_CROSSING))
     return _correct(pd.DataFrame(rows)) if rows else pd.DataFrame()
 
 
 def _by_group(frame: pd.DataFrame) -> dict[Any, pd.DataFrame]:
-    """Each group's rows, by seed."""
+    """The rows of each group, by seed."""
     return {group: rows.drop(columns=GROUP).sort_index() for group, rows in frame.groupby(GROUP, sort=False)}
 
 
-def _pairs(keys: list[Key]) -> Iterator[tuple[Key, Key]]:
-    """Pairs of one regularization, then those of one agent and mode at two, the lower first."""
+def _pairs(keys: list[Group]) -> Iterator[tuple[Group, Group]]:
+    """Pairs at one regularization, then those of one agent and mode at two, the lower first."""
     levels = sorted({key[2] for key in keys})
     for level in levels:
         yield from combinations([key for key in keys if key[2] == level], 2)
@@ -105,37 +90,31 @@ def _compare(first: Array, second: Array) -> dict[str, object]:
     a, b = first[known], second[known]
     difference = estimates.paired_difference(a, b)
     relative = estimates.relative_excess(a, b) if (b > 0).all() else estimates.UNKNOWN
-    improvement = estimates.improvement(a, b)
     return {
         "difference": difference.value, "low": difference.low, "high": difference.high, "n": difference.n,
         "degenerate": difference.n > 0 and difference.degenerate,
-        "relative": relative.value, "relative_low": relative.low, "relative_high": relative.high,
-        "improvement": improvement.value, "improvement_low": improvement.low,
-        "improvement_high": improvement.high,
+        **_columns("relative", relative), **_columns("improvement", estimates.improvement(a, b)),
         "p": permutation_p(a, b), "seeds_needed": seeds_needed(a, b),
     }  # fmt: skip
 
 
-def _cross(first: pd.DataFrame | None, second: pd.DataFrame | None) -> Crossing | None:
-    """Cross two curves over the seeds that both have whole."""
-    if first is None or second is None:
-        return None
+def _columns(name: str, found: Estimate) -> dict[str, object]:
+    return {name: found.value, f"{name}_low": found.low, f"{name}_high": found.high}
+
+
+NO_CROSSING = _columns("crossover", estimates.UNKNOWN) | {"crossover_share": math.nan, "overtakes": ""}
+
+
+def _cross(first: pd.DataFrame, second: pd.DataFrame) -> dict[str, object]:
+    """Where two noise curves cross, over the seeds that were measured at every amplitude in both."""
     a, b = first.dropna().align(second.dropna(), join="inner")
     if not a.size:
-        return None
+        return NO_CROSSING
     first_is_slower = bool(a.iloc[:, 0].mean() < b.iloc[:, 0].mean())
     rising, falling = (a, b) if first_is_slower else (b, a)
     noise, share = estimates.crossover(a.columns.to_numpy(float), rising.to_numpy(), falling.to_numpy())
-    crosses = math.isfinite(noise.value)
-    return Crossing(noise, share, SIDES[0 if first_is_slower else 1] if crosses else "")
-
-
-def _describe(crossing: Crossing | None) -> dict[str, object]:
-    found = crossing or Crossing(estimates.UNKNOWN, math.nan, "")
-    return {
-        "crossover": found.noise.value, "crossover_low": found.noise.low,
-        "crossover_high": found.noise.high, "crossover_share": found.share, "overtakes": found.overtakes,
-    }  # fmt: skip
+    faster = SIDES[0 if first_is_slower else 1] if math.isfinite(noise.value) else ""
+    return _columns("crossover", noise) | {"crossover_share": share, "overtakes": faster}
 
 
 def _correct(pairs: pd.DataFrame) -> pd.DataFrame:

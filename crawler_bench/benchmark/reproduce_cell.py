@@ -1,8 +1,4 @@
-"""Make one cell of the benchmark's tables again, from nothing, and say whether it comes out the same.
-
-A hash stands for the configuration, the mode, the seeds and the metric of a cell, or for a single run; it
-does not change with the code, so that what the code made of it then can be held against what it makes now.
-"""
+"""Re-run one cell of the benchmark's tables from scratch, and compare."""
 
 import tempfile
 from pathlib import Path
@@ -13,7 +9,7 @@ import pandas as pd
 
 from crawler_bench.benchmark.benchmark import in_mode, learning_curves, measured
 from crawler_bench.benchmark.cell_hash import Hasher
-from crawler_bench.benchmark.keys import RUN
+from crawler_bench.benchmark.keys import GROUP, RUN, select
 from crawler_bench.benchmark.summary import summarize_benchmark
 from crawler_bench.config.files import load_experiment
 from crawler_bench.config.schema import Experiment, override
@@ -22,18 +18,18 @@ from crawler_bench.runs.store import NotARunError
 from crawler_bench.runs.sweep import run_experiments
 
 
-def remake(folder: Path, hash_: str, *, jobs: int, quiet: bool) -> pd.DataFrame:
-    """Train and evaluate anew what stands behind a cell, in a fresh folder.
+def reproduce(folder: Path, hash_: str, *, jobs: int, quiet: bool) -> pd.DataFrame:
+    """Train and evaluate the runs of a cell from scratch, in a fresh folder.
 
     Args:
-        folder: what `crawler-bench benchmark` wrote.
+        folder: that `crawler-bench benchmark` wrote.
         hash_: of a cell of summary.csv, or of a run of runs.csv.
         jobs: parallel processes; 0 is one a core.
         quiet: show no progress.
 
     Returns:
-        A row a number: agent, mode, regularization, metric, before, low, high, now, verdict; one row for a
-        cell, one a column for a run.
+        agent, mode, regularization, metric, before, low, high, now, verdict: one row for a cell, and for a
+        run one row per column of runs.csv.
 
     Raises:
         NotARunError: if the folder is not one of ours or no cell has this hash.
@@ -44,14 +40,13 @@ def remake(folder: Path, hash_: str, *, jobs: int, quiet: bool) -> pd.DataFrame:
     entry = load_experiment(folder / "entries" / f"{row['agent']}.yaml")
     hasher = Hasher({entry.name: entry})
     run = override(entry.run, {"regularization": row["regularization"]}, entry.name)
-    key = {name: row[name] for name in ("agent", "mode", "regularization")}
-    there = runs.loc[(runs[list(key)] == pd.Series(key)).all(axis=1), "seed"]  # not the seeds that failed
-    seeds = [int(row["seed"])] if of_run else there.astype(int).tolist()
+    key = {name: row[name] for name in GROUP}
+    finished = select(runs, **key)["seed"]  # not the seeds that failed
+    seeds = [int(row["seed"])] if of_run else finished.astype(int).tolist()
     experiment = Experiment(name=entry.name, run=in_mode(run, str(row["mode"])), seeds=seeds)
     with tempfile.TemporaryDirectory() as fresh:
         outcomes = run_experiments([experiment], Path(fresh), jobs=jobs, quiet=quiet)
-        failed = [outcome.error for outcome in outcomes if outcome.error]
-        if failed:
+        if failed := [outcome.error for outcome in outcomes if outcome.error]:
             raise RuntimeError(f"{len(failed)} of {len(outcomes)} runs failed; the first: {failed[0]}")
         new_runs, new_evaluations, _ = measured(outcomes, str(row["mode"]))
         new_curves = learning_curves(outcomes)
@@ -68,12 +63,11 @@ def remake(folder: Path, hash_: str, *, jobs: int, quiet: bool) -> pd.DataFrame:
 
     again = rounded(summarize_benchmark(runs, evaluations, curves, identify))
     cell = again[again["hash"] == row["hash"]].iloc[0]
-    key |= {"metric": row["metric"]}
-    before, now = float(row["value"]), float(cell["value"])
-    return pd.DataFrame([
-        {**key, "before": before, "low": row["low"], "high": row["high"], "now": now,
-         "verdict": _verdict(before, now, float(row["low"]), float(row["high"]))}
-    ])  # fmt: skip
+    before, low, high = (float(row[name]) for name in ("value", "low", "high"))
+    now = float(cell["value"])
+    verdict = _verdict(before, now, low, high)
+    numbers = {"before": before, "low": low, "high": high, "now": now, "verdict": verdict}
+    return pd.DataFrame([key | {"metric": row["metric"]} | numbers])
 
 
 _FILES = ("runs", "evaluations", "curves", "summary")
@@ -103,7 +97,7 @@ def _find(hash_: str, summary: pd.DataFrame, runs: pd.DataFrame) -> tuple["pd.Se
 
 
 def _replaced(old: pd.DataFrame, new: pd.DataFrame) -> pd.DataFrame:
-    """The old rows, but those of runs that are new."""
+    """The old rows, with the runs of `new` exchanged."""
     if new.empty:
         return old
     key = [name for name in RUN if name in old and name in new]
@@ -113,14 +107,13 @@ def _replaced(old: pd.DataFrame, new: pd.DataFrame) -> pd.DataFrame:
 
 
 def _compare_runs(row: "pd.Series[Any]", new: "pd.Series[Any]") -> pd.DataFrame:
-    """Every number of a run, and its policy, before and now: a single run is equal or different."""
+    """Every number of a run, and its policy, before and now: each is equal or different."""
     rows = []
     for name in row.index.drop([*RUN, "hash", "run"]):
         before, now = row[name], new.get(name)
         same = before == now or (pd.isna(before) and name in new and pd.isna(now))
-        key = {each: row[each] for each in ("agent", "mode", "regularization")}
-        rows.append({**key, "metric": name, "before": before, "now": now,
-                     "verdict": "equal" if same else "different"})  # fmt: skip
+        numbers = {"before": before, "now": now, "verdict": "equal" if same else "different"}
+        rows.append({each: row[each] for each in GROUP} | {"metric": name} | numbers)
     return pd.DataFrame(rows)
 
 

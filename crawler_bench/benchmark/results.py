@@ -1,4 +1,4 @@
-"""Write results/benchmark/: tidy CSVs, tables, figures, trained policies, and what it all cost."""
+"""Write results/benchmark/: tidy CSVs, tables, figures, trained policies, and the cost of all runs."""
 
 import itertools
 import json
@@ -10,10 +10,10 @@ from typing import Any
 import pandas as pd
 from matplotlib.figure import Figure
 
-from crawler_bench.benchmark.benchmark import Benchmark
+from crawler_bench.benchmark.benchmark import Benchmark, learner_of
 from crawler_bench.benchmark.cell_hash import Hasher
 from crawler_bench.benchmark.figures import curves, policies, scores
-from crawler_bench.benchmark.keys import RUN, action_columns
+from crawler_bench.benchmark.keys import GROUP, LEARNER, RUN, Group, action_columns, select
 from crawler_bench.benchmark.pairwise import compare
 from crawler_bench.benchmark.summary import summarize_benchmark
 from crawler_bench.benchmark.tables import cost_sentence, write_tables
@@ -32,7 +32,7 @@ from crawler_bench.runs.training import agent_file
 from crawler_bench.statistics.estimates import Array
 
 EXPLAINED_STARTS = 4
-EVALUATED = [*RUN, "noise", "start", "speed", "reward", "stalled"]  # what evaluations.csv keeps of a start
+EVALUATED = [*RUN, "noise", "start", "speed", "reward", "stalled"]  # columns of evaluations.csv
 
 
 def write_benchmark(
@@ -43,16 +43,16 @@ def write_benchmark(
     Args:
         found: what was measured.
         entries: what was run.
-        folder: where to.
-        say: told what is being made.
+        folder: where to write; replaced.
+        say: called with each step in words.
 
     Returns:
-        A sentence about what it cost.
+        One sentence: what all runs cost.
     """
     with store.replace(folder) as draft:
         started = time.time()
         hasher = Hasher({entry.name: entry for entry in entries})
-        say("measuring what softer and harder policies do")
+        say("measuring traps, and speed against the temperature of a policy")
         explained, shares = _explain(found, entries)
         frames = _frames(found, hasher) | explained
         for name, frame in frames.items():
@@ -72,19 +72,18 @@ def write_benchmark(
 
 
 def overview(folder: Path) -> pd.DataFrame:
-    """The main numbers, a row an agent, mode and regularization, from the CSV."""
+    """The main numbers, one row per agent, mode and regularization, from the CSV."""
     summary = read_csv(folder / "summary.csv")
     chosen = summary[summary["metric"].isin(["speed", "cycle_duration", "noise_area", "stall_share"])]
-    key = ["agent", "mode", "regularization"]
-    wide = chosen.pivot_table(index=key, columns="metric", values="value").reset_index()
-    return wide.merge(chosen[chosen["metric"] == "speed"][[*key, "n"]], on=key)
+    wide = chosen.pivot_table(index=GROUP, columns="metric", values="value").reset_index()
+    return wide.merge(select(chosen, metric="speed")[[*GROUP, "n"]], on=GROUP)
 
 
 def _frames(found: Benchmark, hasher: Hasher) -> dict[str, pd.DataFrame]:
     runs = found.runs.assign(
         hash=[hasher.of_run(*row) for row in found.runs[RUN].itertuples(index=False, name=None)]
     )
-    # Summed up from what the CSVs hold, so that anyone who reads them gets the same to the last digit.
+    # Summarized from what the CSVs hold, so that anyone who reads them gets the same to the last digit.
     runs, evaluations, curves = (
         rounded(frame) for frame in (runs, found.evaluations[EVALUATED], found.curves)
     )
@@ -98,21 +97,13 @@ def _frames(found: Benchmark, hasher: Hasher) -> dict[str, pd.DataFrame]:
         "pairs": compare(runs, evaluations),
     }
     if found.failures:
-        frames["failures"] = pd.DataFrame([
-            {
-                "agent": each.cell.experiment,
-                "regularization": each.cell.config.environment.regularization,
-                "seed": each.cell.seed,
-                "error": each.error,
-                "log": each.log,
-            }
-            for each in found.failures
-        ])  # fmt: skip
+        failed = [(*learner_of(each), each.error, each.log) for each in found.failures]
+        frames["failures"] = pd.DataFrame(failed, columns=[*LEARNER, "error", "log"])
     return frames
 
 
 def _write_entries(entries: Sequence[Experiment], folder: Path) -> None:
-    """Every entry with all its defaults, as `reproduce-cell` and `benchmark --agent` read it."""
+    """Write every entry with all its defaults, as `reproduce-cell` and `benchmark --agent` read it."""
     folder.mkdir()
     for entry in entries:
         own = {"seeds": list(entry.seeds), "grid": {key: list(values) for key, values in entry.grid.items()}}
@@ -120,33 +111,25 @@ def _write_entries(entries: Sequence[Experiment], folder: Path) -> None:
         (folder / f"{entry.name}.yaml").write_text(text + to_yaml(entry.run))
 
 
-Key = tuple[str, str, float]  # agent, mode, regularization
-
-
-def _representatives(found: Benchmark) -> dict[Key, Outcome]:
+def _representatives(found: Benchmark) -> dict[Group, Outcome]:
     """The run to show for every agent, mode and regularization."""
     shown = {}
-    groups: Any = found.runs.groupby(["agent", "mode", "regularization"])
+    groups: Any = found.runs.groupby(GROUP)
     for (agent, mode, regularization), rows in groups:
+        # An agent with one table has one mode, whatever its name.
+        one_mode = select(found.runs, agent=agent)["mode"].nunique() == 1
         candidates = [
             each
             for each in itertools.chain(*found.outcomes.values())
-            if (each.cell.experiment, each.cell.config.environment.regularization) == (agent, regularization)
-            and _is_mode(found, agent, mode, each)
+            if learner_of(each)[:2] == (agent, regularization)
+            and (one_mode or each.cell.config.evaluation.mode == mode)
         ]
         shown[agent, mode, regularization] = typical_run(rows, candidates)
     return shown
 
 
-def _is_mode(found: Benchmark, agent: str, mode: str, outcome: Outcome) -> bool:
-    """Whether an outcome was evaluated in a mode; an agent with one table has one mode, whatever its name."""
-    return found.runs.loc[found.runs["agent"] == agent, "mode"].nunique() == 1 or (
-        outcome.cell.config.evaluation.mode == mode
-    )
-
-
-def _write_policies(found: Benchmark, shown: dict[Key, Outcome], folder: Path) -> None:
-    """The run to show for every agent and regularization, with its tables in all modes."""
+def _write_policies(found: Benchmark, shown: dict[Group, Outcome], folder: Path) -> None:
+    """Write the run to show for every agent and regularization, with its tables in all modes."""
     folder.mkdir()
     probabilities = action_columns(found.tables)
     written = set()
@@ -155,11 +138,8 @@ def _write_policies(found: Benchmark, shown: dict[Key, Outcome], folder: Path) -
             continue
         written.add((agent, regularization))
         seed = outcome.cell.seed
-        rows = found.tables[
-            (found.tables["agent"] == agent)
-            & (found.tables["regularization"] == regularization)
-            & (found.tables["seed"] == seed)
-        ].sort_values("observation")
+        rows = select(found.tables, agent=agent, regularization=regularization, seed=seed)
+        rows = rows.sort_values("observation")
         by_mode = {str(mode): part[probabilities].to_numpy(float) for mode, part in rows.groupby("mode")}
         policy = Policy(outcome.cell.config, seed, by_mode)
         path = folder / f"{agent}-eps{regularization:g}-seed{seed:02d}.json"
@@ -167,9 +147,12 @@ def _write_policies(found: Benchmark, shown: dict[Key, Outcome], folder: Path) -
 
 
 def _explain(found: Benchmark, entries: Sequence[Experiment]) -> tuple[dict[str, pd.DataFrame], Array]:
-    """Why policies stand still: speed of each policy made softer and harder, and its traps, as frames.
+    """Why policies stand still: their speed against temperature, and their traps.
 
-    The crawler is that of the first entry; the starts are a few of the evaluation's.
+    The crawler is that of the first entry, the starts are the first EXPLAINED_STARTS of the evaluation.
+
+    Returns:
+        Frames by name of their CSV, and the (N, N) map of `traps`.
     """
     run = entries[0].run
     few = run.evaluation.model_copy(update={"starts": min(run.evaluation.starts, EXPLAINED_STARTS)})
@@ -185,7 +168,7 @@ def _explain(found: Benchmark, entries: Sequence[Experiment]) -> tuple[dict[str,
 
 
 def _figures(
-    found: Benchmark, explained: dict[str, pd.DataFrame], shares: Array, shown: dict[Key, Outcome]
+    found: Benchmark, explained: dict[str, pd.DataFrame], shares: Array, shown: dict[Group, Outcome]
 ) -> dict[str, Figure]:
     """All figures by file name."""
     gaits: dict[str, Record] = {}
@@ -206,7 +189,7 @@ def _figures(
 
 
 def _cost(found: Benchmark) -> dict[str, dict[str, float]]:
-    """Runs of each agent, and seconds of one core that training and evaluating one took on average."""
+    """Runs of each agent, and mean seconds of one core to train one and to evaluate one."""
     seconds: dict[str, dict[str, dict[Path, float]]] = {}
     for outcome in (each for outcomes in found.outcomes.values() for each in outcomes):
         if outcome.folder is None or outcome.evaluation is None:
@@ -215,10 +198,8 @@ def _cost(found: Benchmark) -> dict[str, dict[str, float]]:
         for part, place in (("training", outcome.folder), ("evaluation", outcome.evaluation)):
             manifest = json.loads((place / store.MANIFEST).read_text())
             mine[part][place] = float(manifest["wall_clock_seconds"])
-    cost: dict[str, dict[str, float]] = {}
-    for agent, parts in seconds.items():
-        runs = len(parts["training"])
-        cost[agent] = {"runs": runs} | {
-            part: round(sum(each.values()) / runs, 2) for part, each in parts.items()
-        }
-    return cost
+    return {
+        agent: {"runs": (runs := len(parts["training"]))}
+        | {part: round(sum(each.values()) / runs, 2) for part, each in parts.items()}
+        for agent, parts in seconds.items()
+    }

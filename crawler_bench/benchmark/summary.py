@@ -1,7 +1,7 @@
-"""A benchmark in one tidy frame: every agent's every metric over its independent runs, with its interval."""
+"""A benchmark in one tidy frame: every metric of every agent over its independent runs, with its interval."""
 
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import astuple, dataclass
 from enum import Enum
 from typing import Any
 
@@ -9,25 +9,24 @@ import numpy as np
 import pandas as pd
 
 from crawler_bench.benchmark.curves import learning_decisions, noise_area, noise_curves
-from crawler_bench.benchmark.keys import LEARNER, RUN
+from crawler_bench.benchmark.keys import GROUP, LEARNER, RUN
 from crawler_bench.gait.metrics import ORDERLY
 from crawler_bench.statistics import estimates
 from crawler_bench.statistics.estimates import Estimate
 
-GROUP = RUN[:-1]  # what is summarized over seeds
-DIGITS = 12  # of a regret: where all runs of the best agree, their mean less each is 0, not 1e-19
+DIGITS = 12  # of a regret: where all runs of the best agree it is 0, not 1e-19
 Identify = Callable[[str, str, float, str], str]
 
 
 class Statistic(Enum):
-    """How the values of the runs become one."""
+    """How the values of all runs become one number."""
 
     IQM = "interquartile mean"
-    MEAN = "mean"  # of quantities that few runs have: an interquartile mean would trim those away
+    MEAN = "mean"  # of quantities that few runs have: an interquartile mean would trim them away
     SHARE = "share of runs"
 
     def of(self, values: pd.Series) -> Estimate:
-        """The statistic with its 95 % interval: BCa, of a share Wilson's."""
+        """The statistic with its 95 % interval: BCa, or Wilson's of a share."""
         if self is Statistic.SHARE:
             return estimates.share(values.to_numpy(bool))
         return estimates.estimate(
@@ -37,14 +36,14 @@ class Statistic(Enum):
 
 @dataclass(frozen=True)
 class Metric:
-    """A number that each run has, and what is made of it over runs.
+    """One number per run, and its statistic over runs.
 
     Attributes:
         name: in summary.csv.
         label: in tables.
         unit: empty for a bare number.
         statistic: over runs.
-        of: gives the metric of every row of what `measure_runs` returns; NaN is not known and not counted.
+        of: the metric of every row of what `measure_runs` returns; NaN is unknown and not counted.
     """
 
     name: str
@@ -65,7 +64,7 @@ def _column(
     return Metric(name, label, unit, statistic, lambda runs: runs[column or name].astype(float))
 
 
-# A run that moves from no start has no gait: NaN in what describes one, but no wave in the share with a wave.
+# A run that stalls from every start has no gait: NaN in what describes one, but no wave in a share.
 METRICS = (
     _column("speed", "speed", "L/tau"),
     _column("speed_moving", "speed of starts that move", "L/tau"),
@@ -106,34 +105,33 @@ def metric(name: str) -> Metric:
 def measure_runs(
     runs: pd.DataFrame, evaluations: pd.DataFrame, curves: pd.DataFrame | None = None
 ) -> pd.DataFrame:
-    """Add to the runs what their noise curves, their learning curves and the other agents tell.
+    """Add to the runs what follows from their noise curves, their learning curves and the other agents.
 
     Args:
-        runs: a row a run and mode.
-        evaluations: a row a run, mode, noise and start.
-        curves: a row a learning run and window; without, `decisions_to_final` is not known.
+        runs: one row per run and mode.
+        evaluations: one row per run, mode, noise and start.
+        curves: one row per learning run and window; without them `decisions_to_final` is NaN.
 
     Returns:
         The runs with the columns noise_area and speed_noise_*, both L / tau_theta; decisions_to_final; and
         regret, L: the highest interquartile mean reward of any agent and mode at the same regularization,
-        minus the run's. The best is taken as known: its own uncertainty is not part of the regret's.
+        minus the run's. The interval of a regret leaves out the uncertainty of that best.
     """
     noisy = noise_curves(evaluations)
     area = noise_area(noisy).rename("noise_area")
-    named = noisy.set_axis([noise_metric(amplitude).name for amplitude in _amplitudes(noisy)], axis=1)
+    named = noisy.set_axis(
+        [noise_metric(amplitude).name for amplitude in noisy.columns.to_numpy(float)], axis=1
+    )
     measured = runs.merge(pd.concat([area, named], axis=1).reset_index(), on=RUN, how="left")
     learned = learning_decisions(pd.DataFrame() if curves is None else curves)
     if len(learned):
         measured = measured.merge(learned, on=LEARNER, how="left")
     else:
         measured["decisions_to_final"] = float("nan")
-    best = {
-        regularization: max(
-            estimates.interquartile_mean(rewards.to_numpy(float))
-            for _, rewards in rows.groupby(GROUP)["reward"]
-        )
-        for regularization, rows in runs.dropna(subset="reward").groupby("regularization")
-    }
+    rewards = runs.dropna(subset="reward").groupby(GROUP)["reward"].apply(
+        lambda values: estimates.interquartile_mean(values.to_numpy(float))
+    )  # fmt: skip
+    best = rewards.groupby("regularization").max()
     regret = measured["regularization"].map(best) - measured["reward"]
     return measured.assign(regret=regret.round(DIGITS))
 
@@ -144,32 +142,21 @@ def summarize_benchmark(
     """Every metric of every agent, mode and regularization over its runs.
 
     Args:
-        runs: a row a run and mode.
-        evaluations: a row a run, mode, noise and start.
-        curves: a row a learning run and window.
-        identify: (agent, mode, regularization, metric) -> hash of what made the cell.
+        runs: one row per run and mode.
+        evaluations: one row per run, mode, noise and start.
+        curves: one row per learning run and window.
+        identify: (agent, mode, regularization, metric) -> hash of the cell.
 
     Returns:
-        One row a table cell: agent, mode, regularization, metric, value, low, high, n, hash. Where all runs
+        One row per table cell: agent, mode, regularization, metric, value, low, high, n, hash. Where all runs
         agree low = high = value; where none is known all are NaN and n is 0. Agents in the order of `runs`.
     """
-    measured = measure_runs(runs, evaluations, curves)
-    rows = list(_summarize(measured, _amplitudes(noise_curves(evaluations)), identify))
+    metrics = (*METRICS, *map(noise_metric, sorted(evaluations["noise"].unique())))
+    groups: Any = measure_runs(runs, evaluations, curves).groupby(GROUP, sort=False)
+    rows = [
+        (agent, mode, level, each.name, *astuple(each.statistic.of(each.of(of_group))),
+         identify(agent, mode, level, each.name))
+        for (agent, mode, level), of_group in groups
+        for each in metrics
+    ]  # fmt: skip
     return pd.DataFrame(rows, columns=[*GROUP, "metric", "value", "low", "high", "n", "hash"])
-
-
-def _amplitudes(noisy: pd.DataFrame) -> list[float]:
-    return [float(amplitude) for amplitude in noisy.columns.to_numpy(float)]
-
-
-def _summarize(
-    measured: pd.DataFrame, amplitudes: list[float], identify: Identify
-) -> Iterator[tuple[object, ...]]:
-    metrics = (*METRICS, *map(noise_metric, amplitudes))
-    groups: Any = measured.groupby(GROUP, sort=False)
-    for (agent, mode, regularization), rows in groups:
-        for each in metrics:
-            found = each.statistic.of(each.of(rows))
-            identity = identify(agent, mode, regularization, each.name)
-            numbers = found.value, found.low, found.high, found.n
-            yield agent, mode, regularization, each.name, *numbers, identity

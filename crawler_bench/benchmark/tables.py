@@ -1,6 +1,6 @@
-"""The tables of a benchmark: each is formatted once, and written as Markdown, CSV and LaTeX.
+"""The tables of a benchmark, each formatted once and written as Markdown, CSV and LaTeX.
 
-A cell reads "value [low, high] (n) #hash"; the hash is what `summarize_benchmark` was told to identify it by.
+A cell reads "value [low, high] (n) #hash"; `cell_hash` says what the hash names.
 """
 
 import json
@@ -10,6 +10,7 @@ from typing import Any
 
 import pandas as pd
 
+from crawler_bench.benchmark.keys import select
 from crawler_bench.benchmark.summary import metric
 from crawler_bench.output.cells import format_cell, format_interval, format_number, markdown
 from crawler_bench.output.csv_files import read_csv
@@ -28,22 +29,22 @@ LEGEND = (
     "Probability that a run of the row's agent earns more reward than one of the column's, a tie counting "
     "half; `**` where Holm's p is below 0.05, `*` where only Benjamini and Hochberg's is. "
 )
-MANY = 1000  # seeds; beyond, the number itself is of no use
+MANY = 1000  # seeds; beyond, the number itself does not matter
 
 
 def comparison(summary: pd.DataFrame) -> pd.DataFrame:
-    """Agents against each other: a row an agent, mode and regularization, a column a metric; full cells."""
+    """Agents compared: one row per agent, mode and regularization, one column per metric, in full cells."""
     return _wide(summary, COMPARISON)
 
 
 def noise(summary: pd.DataFrame) -> pd.DataFrame:
-    """Speed at each amplitude of noise; full cells."""
+    """Speed at each amplitude of noise, in full cells."""
     names = summary["metric"].drop_duplicates()
     return _wide(summary, tuple(names[names.str.startswith(NOISE)]))
 
 
 def _wide(summary: pd.DataFrame, metrics: tuple[str, ...]) -> pd.DataFrame:
-    """One column a metric, under its heading, in full cells; rows by regularization, then as they stand."""
+    """One column per metric, under its heading; rows by regularization, otherwise in their order."""
     cells = summary.assign(
         cell=[
             format_cell(row["value"], row["low"], row["high"], row["n"], row["hash"])
@@ -90,7 +91,7 @@ def _winner(overtakes: object) -> str:
 
 
 def _bare(value: float, low: float, high: float) -> str:
-    """A cell whose n stands beside it."""
+    """A cell without its n."""
     return format_cell(value, low, high, 0).removesuffix(" (0)")
 
 
@@ -101,14 +102,13 @@ def _seeds(needed: float, degenerate: bool) -> str:
 
 
 def learned(runs: pd.DataFrame) -> pd.DataFrame:
-    """The policy that each agent learned most often, and in what share of its runs.
+    """The policy that each agent learned most often, and the share of its runs that did.
 
     Args:
-        runs: a row a run and mode; `policy` is the action for each observation from head to tail, * where
-            the agent draws.
+        runs: one row per run and mode, with `policy` as `metrics.policy_text` gives it.
 
     Returns:
-        A row an agent, mode and regularization; of policies that are equally frequent, the first by name.
+        One row per agent, mode and regularization; of equally frequent policies the first by name.
     """
     rows = []
     for (regularization, agent, mode), found in runs.groupby(KEY, sort=False)["policy"]:
@@ -127,8 +127,8 @@ def write_tables(summary: pd.DataFrame, pairs: pd.DataFrame, runs: pd.DataFrame,
     Args:
         summary: what `summarize_benchmark` returns, or its CSV.
         pairs: what `compare` returns, or its CSV.
-        runs: a row a run and mode.
-        folder: for the tables only: its pairs.csv is formatted, not the one that `blocks` reads.
+        runs: one row per run and mode.
+        folder: for these tables alone: its pairs.csv is formatted, not the one that `blocks` reads.
     """
     folder.mkdir(parents=True, exist_ok=True)
     tables = {
@@ -144,7 +144,7 @@ def write_tables(summary: pd.DataFrame, pairs: pd.DataFrame, runs: pd.DataFrame,
 
 
 def compact(summary: pd.DataFrame) -> pd.DataFrame:
-    """The comparison for a page: speed with its interval, the rest without, one n a row."""
+    """The comparison in short: only speed has its interval, and one n serves the whole row."""
     rows = []
     for (regularization, agent, mode), found in summary.groupby(KEY, sort=False):
         of = found.set_index("metric").to_dict("index")
@@ -158,7 +158,7 @@ def compact(summary: pd.DataFrame) -> pd.DataFrame:
                     metric(name).heading: text,
                     "95 % interval": format_interval(each["low"], each["high"]),
                 }
-            else:  # fewer runs than the row's: some have no such number
+            else:  # fewer runs than the row has: the others have no such number
                 row[metric(name).heading] = text if each["n"] in (n, 0) else f"{text} ({each['n']})"
         rows.append(row)
     return pd.DataFrame(rows).sort_values("regularization", kind="stable", ignore_index=True)
@@ -169,11 +169,8 @@ def matrix(pairs: pd.DataFrame, regularization: float, name: str = "reward") -> 
 
     ** marks where Holm's p is below 0.05, * where only Benjamini and Hochberg's is.
     """
-    chosen = pairs[
-        (pairs["metric"] == name)
-        & (pairs["first_regularization"] == regularization)
-        & (pairs["second_regularization"] == regularization)
-    ]
+    same = {"first_regularization": regularization, "second_regularization": regularization}
+    chosen = select(pairs, metric=name, **same)
     cells: dict[str, dict[str, str]] = {}
     for row in chosen.to_dict("records"):
         one, other = (f"{row[f'{side}_agent']}, {row[f'{side}_mode']}" for side in ("first", "second"))
@@ -187,10 +184,10 @@ def matrix(pairs: pd.DataFrame, regularization: float, name: str = "reward") -> 
 
 
 def floor(pairs: pd.DataFrame) -> str:
-    """A sentence: how small p can get with so many seeds and pairs."""
+    """One sentence: the least p that this number of seeds and pairs allows."""
     tested = pairs[(pairs["metric"] == "reward") & pairs["p"].notna()]
     seeds, count = int(tested["n"].max()), int(tested["first_regularization"].value_counts().max())
-    least = max(2.0 ** (1 - seeds), 1 / (RESAMPLES + 1))  # all signs, or as many as were drawn
+    least = max(2.0 ** (1 - seeds), 1 / (RESAMPLES + 1))  # over all signs, or over those drawn
     return (
         f"With {seeds} paired seeds p is at least {format_number(least)}, "
         f"and Holm's over {count} pairs at least {format_number(min(1.0, count * least))}."
@@ -198,7 +195,7 @@ def floor(pairs: pd.DataFrame) -> str:
 
 
 def against_itself(pairs: pd.DataFrame) -> pd.DataFrame:
-    """Each agent without against with regularization, in speed; and where the noise curves cross."""
+    """Each agent without regularization against itself with it: speed, and where the noise curves cross."""
     own = pairs[pairs["first_regularization"] != pairs["second_regularization"]]
     table = pairs_table(own)
     excess = [
@@ -210,7 +207,7 @@ def against_itself(pairs: pd.DataFrame) -> pd.DataFrame:
 
 
 def cost_table(cost: dict[str, dict[str, float]]) -> str:
-    """How long a run of each agent took, in Markdown, after what all runs took together."""
+    """Seconds per run of each agent, in Markdown, below the total."""
     rows = [
         {"agent": agent, "runs": f"{each['runs']:.0f}"}
         | {f"{part} (s a run)": f"{each[part]:.1f}" for part in ("training", "evaluation")}
@@ -220,7 +217,7 @@ def cost_table(cost: dict[str, dict[str, float]]) -> str:
 
 
 def cost_sentence(cost: dict[str, dict[str, float]]) -> str:
-    """How long all runs took together."""
+    """One sentence: how long all runs took together."""
     seconds = sum(each["runs"] * (each["training"] + each["evaluation"]) for each in cost.values())
     runs = sum(each["runs"] for each in cost.values())
     return (
@@ -233,17 +230,20 @@ def blocks(folder: Path) -> dict[str, Callable[[], str]]:
     """Every generated block about the benchmark by name.
 
     Args:
-        folder: with summary.csv, pairs.csv and runs.csv of a benchmark.
+        folder: that `write_benchmark` wrote.
 
     Raises:
-        ValueError: when a block is made of a file that is not there.
+        ValueError: when a block needs a file that is missing.
     """
 
-    def read(name: str) -> pd.DataFrame:
-        path = folder / f"{name}.csv"
+    def find(name: str) -> Path:
+        path = folder / name
         if not path.is_file():
             raise ValueError(f"{path} is missing; `crawler-bench benchmark` writes it")
-        return read_csv(path)
+        return path
+
+    def read(name: str) -> pd.DataFrame:
+        return read_csv(find(f"{name}.csv"))
 
     def pairs() -> str:
         found = read("pairs")
@@ -252,10 +252,7 @@ def blocks(folder: Path) -> dict[str, Callable[[], str]]:
         return "\n\n".join([LEGEND + floor(found), *(markdown(frame) for frame in frames if len(frame))])
 
     def cost() -> dict[str, dict[str, float]]:
-        path = folder / "manifest.json"
-        if not path.is_file():
-            raise ValueError(f"{path} is missing; `crawler-bench benchmark` writes it")
-        content: dict[str, dict[str, float]] = json.loads(path.read_text())["cost"]
+        content: dict[str, dict[str, float]] = json.loads(find("manifest.json").read_text())["cost"]
         return content
 
     return {

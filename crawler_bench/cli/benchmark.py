@@ -79,9 +79,9 @@ def reproduce_cell(
     quiet: Quiet = False,
 ) -> None:
     """Re-run one cell of the tables from scratch and say: equal, within its interval, or different."""
-    from crawler_bench.benchmark.reproduce_cell import remake
+    from crawler_bench.benchmark.reproduce_cell import reproduce
 
-    made = remake(results, hash_, jobs=jobs, quiet=quiet)
+    made = reproduce(results, hash_, jobs=jobs, quiet=quiet)
     print_frame(made)
     counts = made["verdict"].value_counts()
     console.print(", ".join(f"{counts[verdict]} {verdict}" for verdict in counts.index))

@@ -83,7 +83,7 @@ def learning(snapshots: Mapping[str, tuple[NDArray[np.int64], Array]], distances
 
     Args:
         snapshots: of one run of each experiment: (K,) decisions and the (K, N, N) tables of values there.
-        distances: a row for each moment of each run: experiment, seed, decisions, diagonal_distance.
+        distances: one row per moment of each run: experiment, seed, decisions, diagonal_distance.
     """
     rows = len(snapshots)
     figure = new_figure(11, 3 * rows + 3, "Learning: from equal values to the wiring of a gait")

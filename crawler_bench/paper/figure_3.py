@@ -68,7 +68,7 @@ def cycle_durations(cycles: pd.DataFrame) -> Figure:
     """Fig. 3B: how long a cycle takes.
 
     Args:
-        cycles: a row for each cycle: experiment, seed, start, duration (tau_theta).
+        cycles: one row per cycle: experiment, seed, start, duration (tau_theta).
     """
     figure = new_figure(8, 4.6, "Fig. 3B. Duration of a cycle: one wave of contraction through the body")
     histogram, runs = figure.subplots(2, 1, sharex=True, height_ratios=(2.6, 1))
@@ -96,7 +96,7 @@ def cycle_durations(cycles: pd.DataFrame) -> Figure:
 
 
 def _draw_run_means(axes: Axes, cycles: pd.DataFrame, names: list[str]) -> None:
-    """A dot for each run, and their mean with its interval as a cross."""
+    """One dot per run, and their mean with its interval as a cross."""
     means = cycles.groupby(["experiment", "seed"])["duration"].mean()
     for row, name in enumerate(names):
         of_runs, colour = np.sort(means[name].to_numpy()), EXPERIMENT_COLOURS[name]
@@ -120,7 +120,7 @@ def speed_against_noise(evaluations: pd.DataFrame, crossover: tuple[float, float
     """Fig. 3C: speed against the error with which the segments are felt.
 
     Args:
-        evaluations: a row for each start of each run at each noise: experiment, seed, noise, start, speed
+        evaluations: one row per start of each run at each noise: experiment, seed, noise, start, speed
             (L / tau_theta), stalled.
         crossover: noise from which on the regularized gait is the faster one, and its interval; NaN if there
             is none.

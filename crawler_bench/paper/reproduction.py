@@ -41,9 +41,9 @@ class Reproduction:
 
     Attributes:
         outcomes: one per run.
-        runs: a row a run.
-        evaluations: a row a run, noise and start.
-        cycles: a row a cycle.
+        runs: one row per run.
+        evaluations: one row per run, noise and start.
+        cycles: one row per cycle.
     """
 
     outcomes: list[Outcome]

@@ -52,7 +52,7 @@ class Results:
         return a, b
 
     def noisy_speed(self, experiment: str) -> pd.DataFrame:
-        """Speed against noise: a row a seed, a column an amplitude, each a mean over all starts."""
+        """Speed against noise: one row per seed, one column per amplitude, each a mean over all starts."""
         chosen = self.evaluations[self.evaluations["experiment"] == experiment]
         return chosen.pivot_table(index="seed", columns="noise", values="speed", aggfunc="mean")
 
@@ -102,7 +102,7 @@ def judge_claims(results: Results, claims: tuple[Claim, ...], options: str = "")
     """Hold claims against results.
 
     Returns:
-        One row a claim: claim, source, paper, ours, low, high, n, verdict, command.
+        One row per claim: claim, source, paper, ours, low, high, n, verdict, command.
     """
     rows = []
     for claim in claims:

@@ -1,4 +1,4 @@
-"""Scored readings as tidy tables: a row a reading, a row a claim, a row a run."""
+"""Scored readings as tidy tables: one row per reading, one row per claim, one row per run."""
 
 import json
 from collections.abc import Sequence
@@ -22,7 +22,8 @@ OF_RUNS = (
 
 
 def summarize(scored: Sequence[Scored]) -> pd.DataFrame:
-    """A row a reading, in the order of their ranks; variations of what the paper gives follow without one.
+    """One row per reading, in the order of their ranks; variations of what the paper gives follow without
+    one.
 
     Returns:
         rank, reading, family, score, low, high, within, core_failures, free, free_constants, n, failed,
@@ -54,7 +55,7 @@ def read_reading(row: dict[str, object]) -> Reading:
 
 
 def claims_of(scored: Sequence[Scored]) -> pd.DataFrame:
-    """A row a reading and claim, with its verdict and its distance (NaN where it is not counted)."""
+    """One row per reading and claim, with its verdict and its distance (NaN where it is not counted)."""
     frames = [each.score.claims.assign(reading=each.reading.name) for each in scored]
     claims = pd.concat(frames, ignore_index=True)
     claims["verdict"] = [
@@ -65,7 +66,7 @@ def claims_of(scored: Sequence[Scored]) -> pd.DataFrame:
 
 
 def runs_of(scored: Sequence[Scored]) -> pd.DataFrame:
-    """A row a run of every reading."""
+    """One row per run of every reading."""
     frames = []
     for each in scored:
         if not each.runs.empty:

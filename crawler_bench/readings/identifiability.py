@@ -57,7 +57,7 @@ def profiles(scored: Sequence[Scored], fields: Sequence[Field] = FIELDS) -> pd.D
     """What each field does when it alone is varied.
 
     Returns:
-        A row a field: field, words, tried (values), lowest and highest score, best (its value), tolerated
+        One row per field: field, words, tried (values), lowest and highest score, best (its value), tolerated
         (values within tolerance), not_worse (values that the score cannot tell from the best: the 95 %
         interval of the paired difference includes 0), moved (groups whose distance changes by MOVES or more).
     """
@@ -128,9 +128,9 @@ def telling(scored: Sequence[Scored]) -> pd.DataFrame:
     """Which number that the paper does not print would tell readings within tolerance apart.
 
     Returns:
-        A row a quantity, the most telling first: quantity, figure, low and high (5th and 95th percentile over
-        readings), resolution (spread between readings over the median spread between the seeds of one), pins
-        (the continuous field that it follows most closely over those readings) and rho (its rank
+        One row per quantity, the most telling first: quantity, figure, low and high (5th and 95th percentile
+        over readings), resolution (spread between readings over the median spread between the seeds of one),
+        pins (the continuous field that it follows most closely over those readings) and rho (its rank
         correlation).
     """
     within = [each for each in scored if each.score.within and each.reading.family != "given"]
@@ -172,8 +172,8 @@ def conclusions(scored: Sequence[Scored]) -> pd.DataFrame:
     are left out.
 
     Returns:
-        A row a conclusion and population: conclusion, population, readings (number), holds (share), firmly
-        (share).
+        One row per conclusion and population: conclusion, population, readings (number), holds (share),
+        firmly (share).
     """
     open_ones = [each for each in scored if each.reading.family != "given"]
     populations = {
@@ -240,7 +240,7 @@ def ends(scored: Sequence[Scored], fields: Sequence[Field] = GIVEN) -> pd.DataFr
     """What the regularized runs end as, along each field; an epsilon of 0 is the unregularized gait.
 
     Returns:
-        A row a field, value and end: field, value, end, share, low, high, n.
+        One row per field, value and end: field, value, end, share, low, high, n.
     """
     rows = []
     for field in fields:

@@ -95,7 +95,7 @@ class Score:
     Attributes:
         value: mean distance over groups.
         resamples: (RESAMPLES,) the same for resampled training runs.
-        claims: a row a claim: claim, group, kind, paper, ours, low, high, n, distance.
+        claims: one row per claim: claim, group, kind, paper, ours, low, high, n, distance.
     """
 
     value: float
@@ -235,7 +235,7 @@ def rank(summary: pd.DataFrame) -> pd.DataFrame:
     """Order readings: those within tolerance by free constants and score, then the others by score.
 
     Args:
-        summary: a row a reading, with within, free (a number) and score.
+        summary: one row per reading, with within, free (a number) and score.
 
     Returns:
         The same rows in order, with rank from 1.
@@ -250,8 +250,8 @@ def rescored(readings: pd.DataFrame, claims: pd.DataFrame) -> pd.DataFrame:
     """Whether another rule would have told another story: the ranking by score under other caps and weights.
 
     Args:
-        readings: a row a reading: reading, score.
-        claims: a row a reading and claim: reading, claim, group, distance.
+        readings: one row per reading: reading, score.
+        claims: one row per reading and claim: reading, claim, group, distance.
 
     Returns:
         rule, rho (rank correlation of its scores with ours), default_rank (by that score), best (reading).

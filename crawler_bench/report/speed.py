@@ -86,7 +86,7 @@ def _learning(learning: pd.DataFrame) -> pd.DataFrame:
 
 
 def _costs(costs: pd.DataFrame, over: str) -> pd.DataFrame:
-    """Microseconds of a decision: a row for each size, a column for each integrator."""
+    """Microseconds of a decision: one row per size, one column per integrator."""
     table = costs.assign(seconds=1e6 * costs["seconds"]).pivot(
         index=over, columns="integrator", values="seconds"
     )

@@ -9,7 +9,7 @@ import pytest
 from crawler_bench.benchmark.benchmark import require_comparable, run_benchmark
 from crawler_bench.benchmark.cell_hash import Hasher
 from crawler_bench.benchmark.keys import RUN
-from crawler_bench.benchmark.reproduce_cell import remake
+from crawler_bench.benchmark.reproduce_cell import reproduce
 from crawler_bench.benchmark.results import write_benchmark
 from crawler_bench.benchmark.summary import METRICS, summarize_benchmark
 from crawler_bench.config.schema import ConfigError, Experiment, RunConfig, override
@@ -139,7 +139,7 @@ def test_a_cell_made_anew_is_equal(made, agent, metric):
     root, _ = made
     summary = pd.read_csv(root / "out" / "summary.csv", dtype={"hash": str})
     cell = summary[(summary["agent"] == agent) & (summary["metric"] == metric)].iloc[-1]
-    again = remake(root / "out", cell["hash"], jobs=1, quiet=True)
+    again = reproduce(root / "out", cell["hash"], jobs=1, quiet=True)
     assert list(again["verdict"]) == ["equal"]
     assert again["now"].iloc[0] == cell["value"]
 
@@ -158,7 +158,7 @@ def test_the_tables_follow_from_the_csvs(made):
 def test_a_run_made_anew_is_equal(made):
     root, _ = made
     runs = pd.read_csv(root / "out" / "runs.csv", dtype={"hash": str, "policy": str})
-    again = remake(root / "out", runs[runs["agent"] == "deep"]["hash"].iloc[-1], jobs=1, quiet=True)
+    again = reproduce(root / "out", runs[runs["agent"] == "deep"]["hash"].iloc[-1], jobs=1, quiet=True)
     assert set(again["verdict"]) == {"equal"}
     assert {"speed", "reward", "off_diagonal", "gradient_updates", "policy"} <= set(again["metric"])
 
@@ -177,10 +177,10 @@ def test_a_cell_that_was_changed_is_found_out(made, tmp_path):
     ):
         summary.loc[row, ["value", "low", "high"]] = true + 0.5, low, high
         summary.to_csv(tmp_path / "summary.csv", index=False)
-        again = remake(tmp_path, summary.loc[row, "hash"], jobs=1, quiet=True)
+        again = reproduce(tmp_path, summary.loc[row, "hash"], jobs=1, quiet=True)
         assert list(again["verdict"]) == [verdict]
     with pytest.raises(store.NotARunError, match="no cell or run has the hash ffffffff"):
-        remake(tmp_path, "ffffffff", jobs=1, quiet=True)
+        reproduce(tmp_path, "ffffffff", jobs=1, quiet=True)
 
 
 def test_finished_runs_are_not_run_again_and_give_the_same(made, tmp_path, monkeypatch):

@@ -164,7 +164,7 @@ def test_the_mean_curves_cross_with_an_interval_over_runs():
 
 
 def test_the_interval_of_a_crossover_resamples_runs():
-    """A run that is faster by d crosses d / 2 earlier, so the mean curves cross at the mean of these places."""
+    """A run that is faster by d crosses d / 2 earlier; so the mean curves cross at the mean place."""
     lead = np.random.default_rng(8).normal(scale=0.1, size=8)
     found, _ = stats.crossover(X, 0.5 + X + lead[:, None], np.tile(0.9 - X, (8, 1)))
     wanted = reference.bootstrap(

@@ -35,7 +35,7 @@ def noise_curves(evaluations: pd.DataFrame) -> Figure:
     Where the mean curve of the strongest regularization overtakes that of the weakest is marked.
 
     Args:
-        evaluations: a row for each start of each run at each noise: agent, mode, regularization, seed, noise,
+        evaluations: one row per start of each run at each noise: agent, mode, regularization, seed, noise,
             start, speed (L / tau_theta).
     """
     key = ["agent", "mode", "regularization", "seed", "noise"]
@@ -106,8 +106,8 @@ def learning_curves(
     """Speed while learning, exploration included, against decisions.
 
     Args:
-        curves: a row a run and window of its learning: agent, regularization, seed, decisions (at the end of
-            the window), speed (in the window, L / tau_theta).
+        curves: one row per run and window of its learning: agent, regularization, seed, decisions (at the end
+            of the window), speed (in the window, L / tau_theta).
         runs: frozen policies, whose random and hand-written agents are drawn as lines to compare with.
         agents: all names of the benchmark, so that an agent looks the same in every figure.
     """
@@ -141,9 +141,9 @@ def softening(frame: pd.DataFrame, stuck: pd.DataFrame, agents: Sequence[str] = 
     """Speed of learned policies made surer and less sure, and in how many traps they are when they are sure.
 
     Args:
-        frame: a row a run and temperature: agent, regularization, seed, temperature (0 to infinity), speed
-            (L / tau_theta).
-        stuck: a row a run: agent, regularization, seed, stuck (observations that are a trap).
+        frame: one row per run and temperature: agent, regularization, seed, temperature (0 to infinity),
+            speed (L / tau_theta).
+        stuck: one row per run: agent, regularization, seed, stuck (observations that are a trap).
         agents: all names of the benchmark, so that an agent looks the same in every figure.
     """
     values = sorted({*regularizations(frame), *regularizations(stuck)})
@@ -176,7 +176,7 @@ def temperature_places(temperatures: Array) -> Array:
 
 
 def _draw_temperatures(axes: Axes, frame: pd.DataFrame, every: pd.Series, look_of: dict[str, Look]) -> None:
-    """One line an agent; the axis is broken before 0 and infinity."""
+    """One line per agent; the axis is broken before 0 and infinity."""
     known: Array = np.unique(every.to_numpy(np.float64))
     places = dict(zip(known, temperature_places(known), strict=True))
     for agent, rows in frame.groupby("agent", sort=False):
@@ -204,7 +204,7 @@ def _fraction(value: float) -> str:
 
 
 def _draw_stuck(axes: Axes, stuck: pd.DataFrame, names: Sequence[str], look_of: dict[str, Look]) -> None:
-    """A dot a run, and the interquartile mean with its interval."""
+    """One dot per run, and the interquartile mean with its interval."""
     for row, name in enumerate(names):
         counts = np.sort(stuck.loc[stuck["agent"] == name, "stuck"].to_numpy(np.float64))
         # Counts are whole: equal ones are heaped.

@@ -40,9 +40,9 @@ def policy_matrices(tables: pd.DataFrame, runs: pd.DataFrame) -> Figure:
     """The mean policy of every agent, mode and regularization; regularizations of an agent side by side.
 
     Args:
-        tables: a row a run, mode and observation: agent, mode, regularization, seed, observation and p_0, p_1
-            ... the probability of each action.
-        runs: a row a run: agent, mode, regularization, seed, speed (L / tau_theta).
+        tables: one row per run, mode and observation: agent, mode, regularization, seed, observation and p_0,
+            p_1 ... the probability of each action.
+        runs: one row per run: agent, mode, regularization, seed, speed (L / tau_theta).
     """
     pairs, values = modes_of(tables), regularizations(tables)
     across = max(1, min(_WIDTH // len(values), len(pairs)))

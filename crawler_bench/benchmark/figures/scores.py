@@ -30,7 +30,7 @@ def speeds(runs: pd.DataFrame) -> Figure:
     """Speed of every agent's frozen policy, in every mode.
 
     Args:
-        runs: a row a run: agent, mode, regularization, seed, speed (L / tau_theta).
+        runs: one row per run: agent, mode, regularization, seed, speed (L / tau_theta).
     """
     figure, panels, rows = _rows(runs, "Speed of the frozen policies, without noise")
     for axes, value in zip(panels, regularizations(runs), strict=True):
@@ -55,8 +55,8 @@ def cycle_durations(cycles: pd.DataFrame, runs: pd.DataFrame) -> Figure:
     """How long a wave of contraction takes through the body, of the agents that have waves.
 
     Args:
-        cycles: a row a cycle: agent, mode, regularization, seed, duration (tau_theta).
-        runs: a row a run: agent, mode, regularization, seed; names the agents that have no cycle, too.
+        cycles: one row per cycle: agent, mode, regularization, seed, duration (tau_theta).
+        runs: one row per run: agent, mode, regularization, seed; names the agents that have no cycle, too.
     """
     figure, panels, rows = _rows(runs, "Duration of a cycle: one wave of contraction through the body")
     for axes, value in zip(panels, regularizations(runs), strict=True):
@@ -83,7 +83,9 @@ def cycle_durations(cycles: pd.DataFrame, runs: pd.DataFrame) -> Figure:
 
 
 def _rows(runs: pd.DataFrame, title: str) -> tuple[Figure, list[Axes], dict[tuple[str, str], float]]:
-    """A panel a regularization with a row an agent, its modes close together; where each mode's row is."""
+    """One panel per regularization with one row per agent, its modes close together; where each mode's row
+    is.
+    """
     rows, ticks, place = {}, {}, 0.0
     for agent, modes in _by_agent(runs):
         at = place + np.arange(len(modes)) * 0.75
@@ -112,7 +114,7 @@ def _by_agent(runs: pd.DataFrame) -> Iterator[tuple[str, list[str]]]:
 
 
 def _dots(axes: Axes, values: Array, row: float, mode: str) -> None:
-    """A dot a run, and their interquartile mean with its interval."""
+    """One dot per run, and their interquartile mean with its interval."""
     colour, marker = MODE_LOOKS.get(mode, _OTHER_MODE)
     shift = 0.13 * (np.arange(values.size) % 3 - 1)  # so that equal runs are told apart
     axes.plot(values, row + shift, ls="", marker=marker, ms=4.5, color=colour, alpha=0.5, mew=0)
