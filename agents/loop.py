@@ -5,8 +5,8 @@ from numpy.typing import NDArray
 
 from crawler_bench.envs.randomness import State, random
 from crawler_bench.envs.transition import RUNNING, Packed, begin, decide
-from crawler_bench.physics.compilation import kernel
-from crawler_bench.physics.layout import Memory
+from crawler_bench.physics.compiled import kernel
+from crawler_bench.physics.state import Memory
 
 
 @kernel

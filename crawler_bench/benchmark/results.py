@@ -116,16 +116,20 @@ def _representatives(found: Benchmark) -> dict[Group, Outcome]:
     shown = {}
     groups: Any = found.runs.groupby(GROUP)
     for (agent, mode, regularization), rows in groups:
-        # An agent with one table has one mode, whatever its name.
-        one_mode = select(found.runs, agent=agent)["mode"].nunique() == 1
         candidates = [
             each
             for each in itertools.chain(*found.outcomes.values())
-            if learner_of(each)[:2] == (agent, regularization)
-            and (one_mode or each.cell.config.evaluation.mode == mode)
+            if (each.cell.experiment, each.cell.config.environment.regularization) == (agent, regularization)
+            and _is_mode(found, agent, mode, each)
         ]
         shown[agent, mode, regularization] = typical_run(rows, candidates)
     return shown
+
+
+def _is_mode(found: Benchmark, agent: str, mode: str, outcome: Outcome) -> bool:
+    """Whether an outcome was evaluated in a mode; an agent with one table has one mode, whatever its name."""
+    one_mode = select(found.runs, agent=agent)["mode"].nunique() == 1
+    return one_mode or outcome.cell.config.evaluation.mode == mode
 
 
 def _write_policies(found: Benchmark, shown: dict[Group, Outcome], folder: Path) -> None:

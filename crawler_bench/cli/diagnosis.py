@@ -82,7 +82,7 @@ def _step() -> str:
 
 
 def _cache() -> str:
-    from crawler_bench.physics.compilation import cache_folder
+    from crawler_bench.physics.compiled import cache_folder
 
     return str(cache_folder())
 

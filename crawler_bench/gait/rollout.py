@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 from crawler_bench.envs.randomness import State, live_state, random
 from crawler_bench.envs.transition import Packed, begin, decide, make_task, report
 from crawler_bench.gait.record import Array, Record
-from crawler_bench.physics.compilation import kernel
-from crawler_bench.physics.layout import DISPLACEMENT, FORCE, POWER, VELOCITY, Memory, make_memory
+from crawler_bench.physics.compiled import kernel
 from crawler_bench.physics.parameters import CrawlerParameters
+from crawler_bench.physics.state import Memory, make_memory, parts
 
 
 def rollout(
@@ -92,5 +92,9 @@ def _crawl(
 def _sample(memory: Memory, task: Packed, page: Array) -> None:
     """Write displacement, velocity, force and power of every node."""
     report(memory, task)
-    page[0], page[1] = memory[DISPLACEMENT], memory[VELOCITY]
-    page[2], page[3] = memory[FORCE], memory[POWER]
+    nodes = parts(memory)[2]
+    for i in range(nodes.size):
+        node = nodes[i]
+        page[0, i], page[1, i], page[2, i], page[3, i] = (
+            node.displacement, node.velocity, node.force, node.power,
+        )  # fmt: skip

@@ -25,7 +25,7 @@ from typing import Any
 
 from crawler_bench.config.files import agent_spec, read_mapping
 from crawler_bench.config.schema import EvaluationConfig, RunConfig, to_mapping, to_yaml
-from crawler_bench.physics.compilation import KERNEL_HASH, source_hash
+from crawler_bench.physics.compiled import KERNEL_HASH, source_hash
 
 MANIFEST = "manifest.json"
 CONFIG = "config.yaml"
