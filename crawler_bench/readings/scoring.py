@@ -1,6 +1,9 @@
 """How far a reading is from the paper: one number that no weight was tuned for.
 
-Everything here was written down before the first reading was run.
+Everything here was written down before the first reading was run, but for two core claims, which were added
+in November 2026, before the search of `search.py` ran: that learning pays, and that the regularized gait
+keeps its speed under noise. The default of then met every other core claim while random action crawled
+faster than its gait, so a rule without them misses the point of the paper.
 
 * A *distance* for each claim, in units of a tolerance. A number: its difference from the paper's in units of
   10 % of the paper's. A share of runs: by how much it falls short of 80 %, in units of 20 %. An ordering: 0
@@ -10,7 +13,8 @@ Everything here was written down before the first reading was run.
 * Claims that say one thing in several units or several ways form a *group* and count once: the mean of
   theirs.
 * The *score* is the mean over groups; 0 is the paper's story told in full, CAP is silence.
-* A reading is *within tolerance* when its score is at most TOLERANCE and no core claim is further than 1.
+* A reading is *within tolerance* when its score is at most TOLERANCE, no core claim is further than 1, and
+  both gaits are faster than random action by a difference whose interval excludes 0.
 * Of readings within tolerance the one with fewest free constants stands first, then the lower score; a
   reading with every constant sourced is preferred to a better fit without. The others follow by score.
 * The interval of a score is a percentile bootstrap over training runs, with the same resamples of seeds for
@@ -66,7 +70,10 @@ GROUPS = {
 # Shown and not counted: no reading can meet both larger_range and smaller_range, which is its negative; the
 # paper gives no number for the crossover; the grid over alpha and gamma is run for the default reading alone.
 UNCOUNTED = ("larger_range", "crossover", "alpha_gamma")
-CORE = ("wave", "nearest_neighbour", "faster", "slower_high_noise")
+FORMER_CORE = ("wave", "nearest_neighbour", "faster", "slower_high_noise")
+CORE = (*FORMER_CORE, "maintains_speed", "learning_pays", "learning_pays_unregularized")
+FIRMLY = ("learning_pays", "learning_pays_unregularized")  # core claims whose interval has to exclude 0
+SCALE = 0.9  # largest speed of random action, relative to the regularized gait's, in a final
 COUNTED = tuple(claim for claim in CLAIMS if claim.name not in UNCOUNTED)
 
 
@@ -109,9 +116,9 @@ class Score:
 
     @property
     def core_failures(self) -> tuple[str, ...]:
-        """Core claims that are further away than their tolerance."""
-        far = self.claims[self.claims["distance"] > 1]["claim"]
-        return tuple(name for name in CORE if name in set(far))
+        """Core claims that are further away than they may be."""
+        far = self.claims.set_index("claim")["distance"]
+        return tuple(name for name in CORE if far[name] > (0 if name in FIRMLY else 1))
 
     @property
     def within(self) -> bool:
@@ -140,18 +147,19 @@ def total(distances: dict[str, float]) -> float:
     return float(np.mean([np.mean([distances[name] for name in names]) for names in GROUPS.values()]))
 
 
-def score(results: Results, seeds: Sequence[int]) -> Score:
+def score(results: Results, seeds: Sequence[int], resamples: int = RESAMPLES) -> Score:
     """Score what was measured for one reading.
 
     Args:
         results: runs and evaluations of the experiments regularized, unregularized and untrained.
         seeds: of the training runs, those that failed included.
+        resamples: of the training runs, for the interval; 0 gives none.
     """
     table = _Table(results, seeds)
     whole = np.arange(len(seeds))
     measured = {claim.name: claim.measure(table.resampled(whole)) for claim in CLAIMS if _measurable(claim)}
     rng = np.random.default_rng(_SEED)
-    draws = np.sort(rng.integers(len(seeds), size=(RESAMPLES, len(seeds))), axis=1)
+    draws = np.sort(rng.integers(len(seeds), size=(resamples, len(seeds))), axis=1)
     different, back = np.unique(draws, axis=0, return_inverse=True)  # five runs have 126 resamples
     with estimates.without_intervals():
         totals = [_resampled_total(table.resampled(chosen), measured) for chosen in different]
