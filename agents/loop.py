@@ -29,7 +29,7 @@ def largest(values: NDArray[np.float64]) -> float:
     best = values[0]
     for value in values[1:]:
         best = max(best, value)
-    return best
+    return float(best)
 
 
 @kernel
