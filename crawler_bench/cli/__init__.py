@@ -3,8 +3,8 @@
 import typer
 
 from crawler_bench.cli import benchmark, installation, paper, readings, runs
+from crawler_bench.cli.console import one_line_errors
 from crawler_bench.cli.options import find_modules_here
-from crawler_bench.console import one_line_errors
 
 app = typer.Typer(
     name="crawler-bench",
@@ -19,6 +19,7 @@ app.command()(benchmark.benchmark)
 app.command("reproduce-cell")(benchmark.reproduce_cell)
 app.command("list")(installation.list_)
 app.command()(installation.doctor)
+app.command()(installation.warmup)
 
 
 def main() -> None:

@@ -1,31 +1,32 @@
 """The command that reproduces the paper."""
 
 import shlex
-from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from crawler_bench.cli.options import RUNS, Jobs, Quiet, Runs, Seeds, Set, agent_spec, require_ours
-from crawler_bench.console import console, print_claims, teller
+from crawler_bench.cli.console import conclude, logger, print_claims
+from crawler_bench.cli.options import (
+    RUNS,
+    Jobs,
+    Preset,
+    PresetOption,
+    Quiet,
+    Runs,
+    Seeds,
+    Set,
+    require_ours,
+    resized,
+)
 
 if TYPE_CHECKING:
-    from crawler_bench.config import Experiment
-
-
-class Preset(StrEnum):
-    """Sizes of an experiment."""
-
-    paper = "paper"
-    smoke = "smoke"
+    from crawler_bench.config.schema import Experiment
 
 
 def reproduce(
-    preset: Annotated[
-        Preset, typer.Option(help="paper: in full; smoke: small, to see that all works.")
-    ] = Preset.paper,
-    claim: Annotated[list[str] | None, typer.Option(help="Only re-make this claim, and print it.")] = None,
+    preset: PresetOption = Preset.paper,
+    claim: Annotated[list[str] | None, typer.Option(help="Judge and print only this claim.")] = None,
     seeds: Seeds = None,
     set_: Set = None,
     out: Annotated[
@@ -42,18 +43,17 @@ def reproduce(
 
     Interrupted, the same command goes on from the runs that were finished.
     """
-    from crawler_bench.bench import reproduction
-    from crawler_bench.bench.paper_claims import CLAIMS, find_claim
+    from crawler_bench.paper import reproduction
+    from crawler_bench.paper.claims import CLAIMS, find_claim
 
     claims = tuple(find_claim(name) for name in claim) if claim else CLAIMS
     # Other seeds or settings are another experiment: they do not replace the committed results.
     folder = out or Path("results") / ("changed" if seeds or set_ else preset)
     if not claim:
         require_ours(folder, "reproduce", "claims.csv")
-    needed = (
-        {name for each in claims for name in each.experiments} if claim else set(reproduction.EXPERIMENTS)
-    )
-    experiments = _experiments(preset, sorted(needed, key=reproduction.EXPERIMENTS.index), set_, seeds)
+    needed = {name for each in claims for name in each.experiments} if claim else reproduction.EXPERIMENTS
+    names = [name for name in reproduction.EXPERIMENTS if name in needed]
+    experiments = [_experiment(name, preset, set_, seeds) for name in names]
     found = reproduction.reproduce(experiments, runs, jobs=jobs, quiet=quiet)
     options = "".join([
         f" --preset {preset.value}" if preset is not Preset.paper else "",
@@ -63,33 +63,15 @@ def reproduce(
     if claim:
         frame = found.claims(claims, options)
     else:
-        frame = reproduction.write_results(found, folder, options=options, say=teller(quiet))
+        frame = reproduction.write_results(found, folder, options=options, say=logger(quiet))
     print_claims(frame)
-    if not claim:
-        console.print(
-            f"Written to {folder}: claims.md, figures, animations, runs.csv, policies.", soft_wrap=True
-        )
-    if preset is Preset.smoke:
-        console.print("This was the smoke preset: too small for its verdicts to mean anything.")
-    if found.failures:
-        raise RuntimeError(
-            f"{len(found.failures)} runs failed (see FAILED above); the same command tries them again"
-        )
+    written = "" if claim else f"{folder}: claims.md, figures, animations, runs.csv, policies"
+    conclude(written, preset is Preset.smoke, [each.error for each in found.failures])
 
 
-def _experiments(
-    preset: Preset, names: list[str], set_: list[str] | None, seeds: str | None
-) -> "list[Experiment]":
-    from crawler_bench.config import parse_seeds
-    from crawler_bench.experiments import config_folder, load_experiment, parse_assignments
+def _experiment(name: str, preset: Preset, set_: list[str] | None, seeds: str | None) -> "Experiment":
+    from crawler_bench.config.files import config_folder, load_experiment
 
-    overrides = parse_assignments(set_ or [])
-    experiments = []
-    for name in names:
-        experiment = load_experiment(config_folder() / preset / f"{name}.yaml", overrides)
-        run = experiment.run.model_copy(update={"agent": agent_spec(experiment.run.agent)})
-        update: dict[str, Any] = {"run": run} | (
-            {"seeds": parse_seeds(seeds)} if seeds and not experiment.grid else {}
-        )
-        experiments.append(experiment.model_copy(update=update))
-    return experiments
+    experiment = load_experiment(config_folder() / "paper" / f"{name}.yaml")
+    # An experiment with a grid keeps its few seeds: it is about the grid.
+    return resized(experiment, "paper", preset, set_, None if experiment.grid else seeds)

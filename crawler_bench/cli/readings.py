@@ -7,26 +7,28 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from crawler_bench.cli.options import RUNS, Jobs, Preset, Quiet, Runs, agent_spec, require_ours
-from crawler_bench.console import console, print_frame, teller
+from crawler_bench.cli.console import conclude, console, logger, print_frame
+from crawler_bench.cli.options import RUNS, Jobs, Preset, PresetOption, Quiet, Runs, require_ours
 
 if TYPE_CHECKING:
-    from crawler_bench.bench.readings_presets import Size
-    from crawler_bench.bench.readings_study import Laboratory
+    from crawler_bench.readings.laboratory import Laboratory
+    from crawler_bench.readings.sizes import Size
 
 
 def readings(
-    preset: Annotated[
-        Preset, typer.Option(help="full: under an hour; smoke: small, to see that all works.")
-    ] = Preset.full,
+    preset: PresetOption = Preset.paper,
     only: Annotated[
         list[str] | None, typer.Option(help="Only run and print this reading; may be repeated.")
     ] = None,
     check: Annotated[
-        int, typer.Option(min=0, help="Run so many rows of the table again, from nothing, and compare.")
+        int, typer.Option(min=0, help="Re-run this many rows of the table from scratch, and compare.")
     ] = 0,
+    search: Annotated[
+        bool, typer.Option("--search", help="Search the joint space instead, in three stages.")
+    ] = False,
     out: Annotated[
-        Path | None, typer.Option(help="Where to write; default results/readings or results/readings-smoke.")
+        Path | None,
+        typer.Option(help="Where to write; default results/readings, or results/search; with -smoke."),
     ] = None,
     runs: Runs = RUNS,
     jobs: Jobs = 0,
@@ -36,32 +38,46 @@ def readings(
 
     Interrupted, the same command goes on from the runs that were finished.
     """
-    from crawler_bench.bench.readings_presets import FULL, SMOKE
+    from crawler_bench.readings.sizes import FULL, smoke
 
-    size = SMOKE if preset is Preset.smoke else FULL
-    folder = out or Path("results") / ("readings-smoke" if size is SMOKE else "readings")
-    if check:
+    size = smoke() if preset is Preset.smoke else FULL
+    name = ("search" if search else "readings") + ("-smoke" if preset is Preset.smoke else "")
+    folder = out or Path("results") / name
+    if search:
+        _search(_laboratory(size, runs, jobs, quiet), size, runs / name, folder)
+    elif check:
         with tempfile.TemporaryDirectory() as fresh:
             _check(_laboratory(size, Path(fresh), jobs, quiet), size, folder, check)
     elif only:
         _print_only(_laboratory(size, runs, jobs, quiet), size, folder, only)
     else:
-        _study(_laboratory(size, runs, jobs, quiet), size, folder)
+        _study(_laboratory(size, runs, jobs, quiet), size, folder, preset)
 
 
 def _laboratory(size: "Size", runs: Path, jobs: int, quiet: bool) -> "Laboratory":
-    from crawler_bench.bench.readings_study import EXPERIMENTS, Laboratory
-    from crawler_bench.experiments import config_folder, load_experiment
+    from crawler_bench.config.files import config_folder, load_experiment
+    from crawler_bench.readings.laboratory import EXPERIMENTS, Laboratory
 
-    bases = {}
-    for name in EXPERIMENTS:
-        run = size.apply(load_experiment(config_folder() / "paper" / f"{name}.yaml").run)
-        bases[name] = run.model_copy(update={"agent": agent_spec(run.agent)})
+    paths = {name: config_folder() / "paper" / f"{name}.yaml" for name in EXPERIMENTS}
+    bases = {name: size.apply(load_experiment(path).run) for name, path in paths.items()}
     return Laboratory(bases, runs, jobs, quiet)
 
 
+def _search(laboratory: "Laboratory", size: "Size", scratch: Path, folder: Path) -> None:
+    from crawler_bench.readings.stages import search
+
+    require_ours(folder, "search", "finals.csv")
+    finals = search(
+        laboratory.bases, size, scratch=scratch, folder=folder, jobs=laboratory.jobs,
+        say=logger(laboratory.quiet),
+    )  # fmt: skip
+    shown = ["reading", "failures", "free", "score", "on_diagonal", "random_ratio", "kept", "speed"]
+    print_frame(finals[shown])
+    console.print(f"Written to {folder}: trials, the best again, finals, figures.", soft_wrap=True)
+
+
 def _check(laboratory: "Laboratory", size: "Size", folder: Path, number: int) -> None:
-    from crawler_bench.bench.readings_results import check
+    from crawler_bench.readings.results import check
 
     again = check(laboratory, folder, size.seeds, number)
     print_frame(again)
@@ -70,9 +86,9 @@ def _check(laboratory: "Laboratory", size: "Size", folder: Path, number: int) ->
 
 
 def _print_only(laboratory: "Laboratory", size: "Size", folder: Path, names: list[str]) -> None:
-    from crawler_bench.bench.readings import find_reading, readings
-    from crawler_bench.bench.readings_frames import SHOWN, summarize
-    from crawler_bench.bench.readings_results import read_readings
+    from crawler_bench.readings.catalogue import find_reading, readings
+    from crawler_bench.readings.frames import SHOWN, summarize
+    from crawler_bench.readings.results import read_readings
 
     known = {each.name: each for each in (*read_readings(folder), *readings())}
     scored = laboratory.run([find_reading(name, tuple(known.values())) for name in names], size.seeds)
@@ -82,20 +98,15 @@ def _print_only(laboratory: "Laboratory", size: "Size", folder: Path, names: lis
         print_frame(each.score.claims[["claim", "paper", "ours", "low", "high", "n", "distance"]])
 
 
-def _study(laboratory: "Laboratory", size: "Size", folder: Path) -> None:
-    from crawler_bench.bench.readings_decision import conduct
-    from crawler_bench.bench.readings_frames import SHOWN
-    from crawler_bench.bench.readings_presets import SMOKE
-    from crawler_bench.bench.readings_results import write
+def _study(laboratory: "Laboratory", size: "Size", folder: Path, preset: Preset) -> None:
+    from crawler_bench.readings.frames import SHOWN
+    from crawler_bench.readings.results import write
+    from crawler_bench.readings.study import conduct
 
     started = time.time()
     require_ours(folder, "readings", "readings.csv")
     study = conduct(laboratory, size.readings(), size)
-    print_frame(write(study, folder, started, teller(laboratory.quiet))[SHOWN].head(20))
+    print_frame(write(study, folder, started, logger(laboratory.quiet))[SHOWN].head(20))
     print_frame(study.confirmation())
-    console.print(f"Written to {folder}: readings.md, figures, tables.", soft_wrap=True)
-    if size is SMOKE:
-        console.print("This was the smoke preset: too small for its scores to mean anything.")
     failed = [f"{each.reading.name}: {error}" for each in study.scored for error in each.errors]
-    if failed:
-        raise RuntimeError(f"{len(failed)} runs failed; the first: {failed[0]}")
+    conclude(f"{folder}: readings.md, figures, tables", preset is Preset.smoke, failed)

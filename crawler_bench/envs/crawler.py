@@ -14,7 +14,7 @@ from crawler_bench.physics.parameters import CrawlerParameters
 from crawler_bench.physics.state import STATE, layout, make_memory, nodes_of, odometer_of
 
 Info = dict[str, Any]
-_COUNTS = ("episode_decisions", "lifetime_decisions", "lifetime_distance")
+_COUNTS = ("episode_intervals", "lifetime_intervals", "lifetime_distance", "observation")
 
 
 class CrawlerEnv(gym.Env[np.int64, np.int64]):
@@ -179,13 +179,13 @@ class CrawlerEnv(gym.Env[np.int64, np.int64]):
         }
 
     def _time(self) -> float:
-        return float(self.odometer["episode_decisions"]) * self.parameters.decision_interval
+        return float(self.odometer["episode_intervals"]) * self.parameters.decision_interval
 
     @property
     def lifetime(self) -> tuple[float, float]:
         """Time (tau_theta) and distance (L) crawled in all episodes so far."""
         odometer = self.odometer
-        time = odometer["lifetime_decisions"] * self.parameters.decision_interval
+        time = odometer["lifetime_intervals"] * self.parameters.decision_interval
         return float(time), float(odometer["lifetime_distance"])
 
     def get_state(self) -> dict[str, Any]:
@@ -205,15 +205,26 @@ class CrawlerEnv(gym.Env[np.int64, np.int64]):
 
         With a trajectory of another version, or one of other parameters, the crawler goes on from the state
         alone: to rounding, not to the last bit.
+
+        Raises:
+            ValueError: if a part is missing, has another shape or holds a number that is not finite.
         """
+        if not isinstance(snapshot, dict):
+            raise ValueError(f"a crawler's state is a dictionary, not a {type(snapshot).__name__}")
+        state = _finite(snapshot, "state", (len(STATE), self.nodes.size))
+        odometer = _finite(snapshot, "odometer", (len(_COUNTS),))
         same_layout = snapshot.get("layout") == layout()
-        if same_layout and snapshot.get("parameters") == asdict(self.parameters):
-            self.memory[:] = snapshot["memory"]
-        else:
-            self.memory[:] = 0.0
-            for name, row in zip(STATE, snapshot["state"], strict=True):
+        keeps_trajectory = same_layout and snapshot.get("parameters") == asdict(self.parameters)
+        memory = _finite(snapshot, "memory", self.memory.shape) if keeps_trajectory else 0.0
+        try:
+            np.random.PCG64().state = snapshot["generator"]
+        except (KeyError, TypeError, ValueError, OverflowError) as error:
+            raise ValueError(f"the crawler's generator is not the state of a PCG64: {error!r}") from None
+        self.memory[:] = memory
+        if not keeps_trajectory:
+            for name, row in zip(STATE, state, strict=True):
                 self.nodes[name] = row
-            for name, count in zip(_COUNTS, snapshot["odometer"], strict=True):
+            for name, count in zip(_COUNTS, odometer, strict=True):
                 self.odometer[name] = count
             self.odometer.centroid, _ = measure(self.nodes)
         self.np_random.bit_generator.state = snapshot["generator"]
@@ -243,3 +254,14 @@ class CrawlerEnv(gym.Env[np.int64, np.int64]):
 
     def __getstate__(self) -> dict[str, Any]:
         return self.__dict__ | {"_renderer": None, "_viewed_generator": None, "_generator_state": None}
+
+
+def _finite(snapshot: dict[str, Any], name: str, shape: tuple[int, ...]) -> NDArray[np.float64]:
+    """A part of a snapshot as an array of this shape."""
+    try:
+        values = np.array(snapshot[name], dtype=np.float64)
+    except (KeyError, TypeError, ValueError, OverflowError):
+        values = np.empty(0)
+    if values.shape != shape or not np.isfinite(values).all():
+        raise ValueError(f"the crawler's {name} must be finite numbers of the shape {shape}")
+    return values

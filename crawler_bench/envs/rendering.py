@@ -12,22 +12,19 @@ with warnings.catch_warnings():
     warnings.simplefilter("ignore")  # pygame warns about its own build and about setuptools
     import pygame
 
-Colour = tuple[int, int, int]
-
-# ColorBrewer's RdBu, from blue to red: safe for colour-blind readers. Stretched, at rest, contracted.
-CONTRACTION_SCALE: tuple[Colour, ...] = (
-    (5, 48, 97), (33, 102, 172), (67, 147, 195), (146, 197, 222), (209, 229, 240), (247, 247, 247),
-    (253, 219, 199), (244, 165, 130), (214, 96, 77), (178, 24, 43), (103, 0, 31),
-)  # fmt: skip
-CONTRACTION_LIMIT = 0.4  # strain at the ends of the scale
+from crawler_bench.envs.palette import (
+    CONTRACTION_LIMIT,
+    CONTRACTION_SCALE,
+    EARTH,
+    EARTH_INK,
+    INK,
+    SKIN,
+    WHITE,
+    Colour,
+)
 
 OVERSAMPLING = 2  # drawn so much larger, then smoothed
 SLIMMEST, TALLEST = 0.3, 2.4  # width (L) and height (in heights at rest) at which the drawing stops deforming
-WHITE: Colour = (255, 255, 255)
-INK: Colour = (51, 51, 51)
-SKIN: Colour = (240, 226, 200)
-EARTH: Colour = (224, 215, 198)
-EARTH_INK: Colour = (122, 108, 84)
 MINUS = "\N{MINUS SIGN}"
 
 

@@ -1,1 +1,0 @@
-"""Speed measurements against peers: `python -m benchmarks`, or `make bench`; see docs/performance.md."""

@@ -1,1 +1,0 @@
-"""The comparison: rollouts, gait metrics, statistics, claims, tables, figures."""

@@ -1,0 +1,141 @@
+"""What the figures of a benchmark share: how each agent looks, and the parts their panels are made of."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import cycle, islice
+
+import numpy as np
+import pandas as pd
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from crawler_bench.benchmark.keys import MODES
+from crawler_bench.output.style import BLUE, GREY, INK, RED, SPEED_SCALE
+from crawler_bench.statistics import estimates
+from crawler_bench.statistics.estimates import Array
+
+REFERENCES = {"random": (GREY, "--"), "wave": (INK, "-.")}  # lines to hold all others against, where present
+
+# Okabe and Ito's colours without yellow and black, then darker ones of Tol's "muted".
+_HUES = (
+    "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00", "#882255", "#332288", "#999933",
+    "#44AA99", "#661100",
+)  # fmt: skip
+_MARKERS = ("o", "s", "^", "D", "v", "P", "X", "<", ">", "p", "h")
+
+
+@dataclass(frozen=True)
+class Look:
+    """How the lines of an agent look."""
+
+    colour: str
+    marker: str
+    dashes: str
+
+
+def looks(agents: Iterable[str]) -> dict[str, Look]:
+    """A look for each agent: a variant ("name-something" where there is a "name") is its dashed twin."""
+    names = list(dict.fromkeys(agents))
+    origin = {name: _origin(name, names) for name in names}
+    plain = [name for name in names if origin[name] == name and name not in REFERENCES]
+    hues = dict(zip(plain, zip(cycle(_HUES), cycle(_MARKERS), strict=False), strict=False))
+    found: dict[str, Look] = {}
+    variants: dict[str, int] = {}
+    for name in names:
+        colour, marker = (
+            (REFERENCES[name][0], "x") if name in REFERENCES else hues.get(origin[name], ("", ""))
+        )
+        if not colour:  # a variant of a reference
+            colour, marker = REFERENCES[origin[name]][0], "+"
+        rank = variants[origin[name]] = variants.get(origin[name], -1) + 1 if name != origin[name] else 0
+        dashes = REFERENCES[name][1] if name in REFERENCES else ("-", "--", ":", "-.")[min(rank, 3)]
+        found[name] = Look(colour, marker, dashes)
+    return found
+
+
+def _origin(name: str, names: Sequence[str]) -> str:
+    """The shortest other name that this one continues after a hyphen, or the name itself."""
+    return min((other for other in names if name.startswith(f"{other}-")), key=len, default=name)
+
+
+def regularizations(frame: pd.DataFrame) -> list[float]:
+    """All regularizations of a frame, from the least."""
+    return sorted(float(value) for value in frame["regularization"].unique())
+
+
+def regularization_label(value: float) -> str:
+    """A regularization in words: what the paper calls it, and its epsilon."""
+    return f"{'regularized' if value else 'unregularized'} (ε = {value:g})"
+
+
+def regularization_colours(values: Sequence[float]) -> dict[float, str]:
+    """The paper's blue for none and red for the strongest; others are told apart by further colours."""
+    others = iter(islice(cycle(_HUES[2:]), len(values)))
+    known = {0.0: BLUE, max(values): RED} if max(values) > 0 else {0.0: BLUE}
+    return {value: known.get(value) or next(others) for value in values}
+
+
+def modes_of(frame: pd.DataFrame) -> list[tuple[str, str]]:
+    """All pairs of agent and mode of a frame: agents as they first appear, modes in the order of MODES."""
+    pairs = set(zip(frame["agent"], frame["mode"], strict=True))
+    return [
+        (agent, mode)
+        for agent in frame["agent"].unique()
+        for mode in (*MODES, *sorted({each for _, each in pairs} - set(MODES)))
+        if (agent, mode) in pairs
+    ]
+
+
+def grid(figure: Figure, count: int, columns: int) -> list[Axes]:
+    """So many panels on common axes, row by row; those on the left and in the last row have numbers."""
+    columns = min(columns, count)
+    rows = -(-count // columns)
+    panels = figure.subplots(rows, columns, squeeze=False, sharex=True, sharey=True).ravel()
+    for axes in panels[count:]:
+        axes.remove()
+    return list(panels[:count])
+
+
+def label_bottom(panels: Sequence[Axes], columns: int, label: str) -> None:
+    """Label the last row of a grid; a label further up would push the rows apart."""
+    for axes in panels[(len(panels) - 1) // columns * columns :]:
+        axes.set_xlabel(label, fontsize=9)
+
+
+def truncate(name: str, length: int = 24) -> str:
+    """A name with its end left out where it is too long for its place."""
+    return name if len(name) <= length else name[: length - 1] + "…"
+
+
+def band(axes: Axes, x: Array, values: Sequence[estimates.Estimate], look: Mapping[str, object]) -> None:
+    """A line of estimates with the band of their intervals."""
+    value, low, high = (
+        np.array([getattr(each, part) for each in values]) for part in ("value", "low", "high")
+    )
+    axes.fill_between(x, low, high, color=str(look["color"]), alpha=0.18, lw=0)
+    axes.plot(x, value, **look)  # type: ignore[arg-type]
+
+
+def draw_references(axes: Axes, runs: pd.DataFrame, *, vertical: bool = False) -> None:
+    """Dashed lines at the speed of the agents that stand for not having learned, where there are any."""
+    for name, (colour, dashes) in REFERENCES.items():
+        speeds = runs.loc[runs["agent"] == name, "speed"].to_numpy(np.float64)
+        value = (
+            estimates.interquartile_mean(speeds[np.isfinite(speeds)]) * SPEED_SCALE if speeds.size else np.nan
+        )
+        if np.isfinite(value):
+            line = axes.axvline if vertical else axes.axhline
+            line(float(value), color=colour, ls=dashes, lw=1.2, zorder=0.5, label=name)
+
+
+def legend(figure: Figure, panels: Iterable[Axes], columns: int) -> None:
+    """What stands in the panels, each name once, explained below the figure."""
+    named: dict[str, Artist] = {}
+    for axes in panels:
+        for handle, name in zip(*axes.get_legend_handles_labels(), strict=True):
+            named.setdefault(name, handle)
+    figure.legend(
+        list(named.values()), list(named), loc="outside lower center", ncols=columns, fontsize=9,
+        frameon=False, handlelength=3.2,
+    )  # fmt: skip

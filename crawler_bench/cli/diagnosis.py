@@ -1,0 +1,104 @@
+"""What can be wrong with an installation, and how to fix it."""
+
+import shutil
+import sys
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from importlib import import_module
+from importlib.metadata import version
+from typing import Any
+
+LEAST_PYTHON = (3, 11)
+LEAST_ROOM = 2**30  # bytes
+PACKAGES = ("numpy", "scipy", "pandas", "numba", "gymnasium", "matplotlib", "seaborn", "pygame", "imageio")
+LEARNERS = ("torch", "stable_baselines3")
+
+
+@dataclass(frozen=True)
+class Check:
+    """One thing that was looked at.
+
+    Attributes:
+        what: the thing.
+        found: what was found.
+        ok: whether that will do.
+        fix: what to do if not.
+    """
+
+    what: str
+    found: str
+    ok: bool = True
+    fix: str = ""
+
+
+def checks() -> Iterator[Check]:
+    """Look at everything, one check after the other."""
+    found = sys.version.split()[0]
+    yield Check("python", found, sys.version_info >= LEAST_PYTHON, "install Python 3.11 or newer")
+    for name in (*PACKAGES, *LEARNERS):
+        yield _import(name)
+    yield _attempt("agents", _agents, "see the message")
+    yield _attempt("environment", _step, "reinstall with: pip install -c constraints.txt -e .")
+    yield _attempt("compiled code", _cache, "point CRAWLER_BENCH_CACHE at a folder that can be written")
+    yield _attempt("configurations", _configs, "reinstall crawler-bench: its configurations are missing")
+    yield _attempt("video encoder", _encoder, "pip install --force-reinstall imageio-ffmpeg")
+    free = shutil.disk_usage(".").free
+    yield Check(
+        "free disk", f"{free / 2**30:.1f} GiB", free > LEAST_ROOM, "free some room: results need up to 1 GiB"
+    )
+
+
+def _import(name: str) -> Check:
+    return _attempt(
+        name,
+        lambda: getattr(import_module(name), "__version__", "") or version(name),
+        f"pip install -c constraints.txt {name.replace('_', '-')}",
+    )
+
+
+def _attempt(what: str, look: Callable[[], Any], fix: str) -> Check:
+    try:
+        return Check(what, str(look()))
+    except Exception as error:
+        return Check(what, " ".join(f"{type(error).__name__}: {error}".split()), False, fix)
+
+
+def _agents() -> str:
+    from crawler_bench.config.files import registered_agents
+    from crawler_bench.runs.agent import agent_class
+
+    return ", ".join(agent_class(name).__module__ + ":" + name for name in registered_agents())
+
+
+def _step() -> str:
+    import gymnasium as gym
+
+    import crawler_bench
+
+    env = gym.make(crawler_bench.ENV_ID)
+    env.reset(seed=0)
+    env.step(0)
+    return f"{crawler_bench.ENV_ID} steps"
+
+
+def _cache() -> str:
+    from crawler_bench.physics.compiled import cache_folder
+
+    return str(cache_folder())
+
+
+def _configs() -> str:
+    from crawler_bench.config.files import config_folder, load_experiment, load_tuning
+
+    paths = sorted(config_folder().glob("*/*.yaml"))
+    if not paths:
+        raise FileNotFoundError(f"no experiment in {config_folder()}")
+    for path in paths:
+        (load_tuning if path.parent.name == "tuning" else load_experiment)(path)
+    return f"{len(paths)} experiments in {config_folder()}"
+
+
+def _encoder() -> str:
+    import imageio_ffmpeg
+
+    return str(imageio_ffmpeg.get_ffmpeg_exe())

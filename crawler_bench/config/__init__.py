@@ -1,0 +1,1 @@
+"""Experiments as data: typed values, and the YAML files that override them."""

@@ -1,0 +1,1 @@
+"""What a body did, in numbers: rollout, record, metrics."""

@@ -1,0 +1,1 @@
+"""Numbers become files that a person opens: CSV, LaTeX, figures, films."""

@@ -1,0 +1,142 @@
+"""The look of all figures: colours, panels, colour bars, and how a figure becomes a file."""
+
+from pathlib import Path
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.colors import LinearSegmentedColormap, Normalize
+from matplotlib.figure import Figure
+from matplotlib.image import AxesImage
+from matplotlib.layout_engine import ConstrainedLayoutEngine
+
+from crawler_bench.envs.palette import CONTRACTION_LIMIT, CONTRACTION_SCALE
+from crawler_bench.gait.record import Array
+
+RED, BLUE, GREY = "#c0392b", "#2166ac", "#7f7f7f"
+GREEN, LIGHT_GREEN = "#00734d", "#a8dbc5"
+ORANGE, INK = "#d95f02", "#333333"
+EXPERIMENT_COLOURS = {"regularized": RED, "unregularized": BLUE, "untrained": GREY}
+
+# Contraction in red, as the animated crawler has it; muscle forces in pink.
+CONTRACTION = LinearSegmentedColormap.from_list("contraction", np.array(CONTRACTION_SCALE) / 255)
+FORCE = LinearSegmentedColormap.from_list("force", ["#ffffff", "#fbc5dc", "#e7559c", "#a0056e", "#49006a"])
+NODES = LinearSegmentedColormap.from_list("nodes", mpl.colormaps["viridis"](np.linspace(0, 0.92, 64)))
+RANK = LinearSegmentedColormap.from_list("rank", ["#ffffff", "#c9c9c9", "#4d4d4d"])
+
+TIME_LABEL = r"time ($\tau_\theta$)"
+STRAIN_LABEL = "strain\n(contraction positive)"
+SPEED_SCALE, SPEED_UNIT = 1e3, r"$10^{-3}\,L/\tau_\theta$"  # speeds are drawn in thousandths
+SPEED_LABEL = f"speed ({SPEED_UNIT})"
+FORCE_LABEL = r"muscle force ($k\,L$)"
+
+PNG_DPI = 150
+_SALT = "crawler-bench"  # of the identifiers inside an SVG: the same figure gives the same bytes
+
+
+def new_figure(width: float, height: float, title: str = "") -> Figure:
+    """An empty figure of a size in inches; its parts find their own room."""
+    figure = Figure(
+        figsize=(width, height), dpi=PNG_DPI, layout=ConstrainedLayoutEngine(h_pad=0.1, w_pad=0.12)
+    )
+    if title:
+        figure.suptitle(title, fontsize=12, fontweight="bold", color=INK)
+    return figure
+
+
+def save(figure: Figure, folder: Path, name: str) -> None:
+    """Write name.png (150 dpi) and name.svg; the same figure gives the same bytes.
+
+    Args:
+        figure: made by `new_figure`.
+        folder: where; made if missing.
+        name: of the files, without suffix.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    _settle(figure)
+    with mpl.rc_context({"svg.hashsalt": _SALT}):
+        figure.savefig(folder / f"{name}.png", dpi=PNG_DPI)
+        figure.savefig(folder / f"{name}.svg", metadata={"Date": None})
+
+
+def _settle(figure: Figure) -> None:
+    """Fix all panels where the layout has put them, but for the last digits, which differ from run to run."""
+    figure.draw_without_rendering()
+    figure.set_layout_engine("none")
+    for axes in figure.axes:
+        axes.set_position(np.round(axes.get_position(original=True).bounds, 5).tolist())
+
+
+def heading(axes: Axes, title: str) -> None:
+    """A title above a panel, flush left."""
+    axes.set_title(title, loc="left", fontsize=10, color=INK)
+
+
+def tidy(axes: Axes, title: str) -> None:
+    """Take away the frame's upper and right side, and head the panel."""
+    axes.spines[["top", "right"]].set_visible(False)
+    heading(axes, title)
+
+
+def show_missing(axes: Axes, text: str) -> None:
+    """Say in the middle of a panel why it is empty."""
+    axes.text(0.5, 0.5, text, transform=axes.transAxes, ha="center", va="center", color=INK, style="italic")
+
+
+def kymograph(
+    axes: Axes,
+    time: Array,
+    values: Array,
+    cmap: LinearSegmentedColormap,
+    limits: tuple[float, float],
+    first: int,
+) -> AxesImage:
+    """Values along the body (head on top) against time.
+
+    Args:
+        axes: where.
+        time: (T,) evenly spaced, tau_theta.
+        values: (T, P).
+        cmap: colours.
+        limits: values at the ends of the colours.
+        first: number of the part of the body at the head: segments count from 1, muscles from 0.
+    """
+    parts = values.shape[1]
+    step = (time[-1] - time[0]) / max(time.size - 1, 1) or 1.0
+    extent = (time[0] - step / 2, time[-1] + step / 2, first + parts - 0.5, first - 0.5)
+    image = axes.imshow(
+        values.T, aspect="auto", cmap=cmap, norm=Normalize(*limits), extent=extent, interpolation="nearest"
+    )
+    axes.set_yticks(part_ticks(parts, first))
+    return image
+
+
+def strain_kymograph(axes: Axes, time: Array, strain: Array) -> AxesImage:
+    """Strain (T, N) of every segment against time, in the colours of contraction."""
+    image = kymograph(axes, time, strain, CONTRACTION, (-CONTRACTION_LIMIT, CONTRACTION_LIMIT), 1)
+    axes.set_ylabel("segment (1: head)")
+    return image
+
+
+def force_kymograph(axes: Axes, time: Array, force: Array) -> AxesImage:
+    """Force (T, N + 1) of every muscle against time, k L."""
+    image = kymograph(axes, time, force, FORCE, (0.0, max(1.0, float(force.max()))), 0)
+    axes.set_ylabel("muscle (0: head)")
+    return image
+
+
+def colour_bar(axes: Axes, image: AxesImage, label: str, place: Axes | None = None) -> None:
+    """A colour bar to the right of a panel or in a place of its own, pointed where values lie beyond it."""
+    values, norm = np.asarray(image.get_array()), image.norm
+    below, above = bool(values.min() < norm.vmin), bool(values.max() > norm.vmax)
+    extend = {(0, 0): "neither", (1, 0): "min", (0, 1): "max", (1, 1): "both"}[below, above]
+    room = {"cax": place} if place else {"ax": axes, "pad": 0.015, "aspect": 12}
+    figure = axes.get_figure(root=True)
+    assert figure is not None
+    bar = figure.colorbar(image, label=label, extend=extend, **room)
+    bar.outline.set_visible(False)
+
+
+def part_ticks(parts: int, first: int = 0) -> list[int]:
+    """Numbers of the parts of a body to write at an axis: all of them, or about ten of many."""
+    return list(range(first, first + parts, max(1, -(-parts // 11))))

@@ -1,0 +1,121 @@
+"""What a claim is and how it is judged: one fixed rule for each kind.
+
+A number within 10 % of the paper's is reproduced, within 25 % partly; an ordering is reproduced when the 95 %
+interval of the paired difference excludes 0, partly when it has the right sign; a share of runs is reproduced
+from 80 %, partly from 50 %.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+import pandas as pd
+
+from crawler_bench.statistics.estimates import Estimate
+
+
+class Kind(Enum):
+    """What kind of claim it is, which decides how it is judged."""
+
+    NUMBER = "number"
+    ORDERING = "ordering"
+    SHARE = "share"
+    OPEN = "open"  # the paper gives nothing to judge by
+
+
+class Verdict(Enum):
+    """How a claim fares."""
+
+    REPRODUCED = "reproduced"
+    PARTLY = "partly"
+    NOT = "not reproduced"
+    OPEN = "no number given"
+    MISSING = "no data"
+
+
+@dataclass(frozen=True)
+class Results:
+    """What the claims are judged by: see `crawler_bench.runs.results.read_outcomes`."""
+
+    runs: pd.DataFrame
+    evaluations: pd.DataFrame
+
+    def of(self, experiment: str, column: str) -> pd.Series:
+        """A column of the runs of one experiment, by seed."""
+        runs = self.runs[self.runs["experiment"] == experiment]
+        return runs.set_index("seed")[column].astype(float)
+
+    def pair(self, first: str, second: str, column: str) -> tuple[pd.Series, pd.Series]:
+        """A column of two experiments, aligned on the seeds that both have."""
+        a, b = self.of(first, column).align(self.of(second, column), join="inner")
+        return a, b
+
+    def noisy_speed(self, experiment: str) -> pd.DataFrame:
+        """Speed against noise: one row per seed, one column per amplitude, each a mean over all starts."""
+        chosen = self.evaluations[self.evaluations["experiment"] == experiment]
+        return chosen.pivot_table(index="seed", columns="noise", values="speed", aggfunc="mean")
+
+
+@dataclass(frozen=True)
+class Claim:
+    """One claim of the paper.
+
+    Attributes:
+        name: a short name, for the command line.
+        text: the claim, and in what terms we hold it against our runs.
+        source: where the paper makes it.
+        kind: how it is judged.
+        paper: the paper's value; for an ordering or a share, what it says.
+        measure: our estimate; for an ordering a difference that is positive when the paper is right.
+        experiments: names of the experiments that it needs.
+    """
+
+    name: str
+    text: str
+    source: str
+    kind: Kind
+    paper: float | str
+    measure: Callable[[Results], Estimate]
+    experiments: tuple[str, ...]
+
+
+def judge(claim: Claim, ours: Estimate) -> Verdict:
+    """Apply the rule of the claim's kind."""
+    if claim.kind is Kind.OPEN:
+        return Verdict.OPEN
+    if ours.n == 0 or not np.isfinite(ours.value):
+        return Verdict.MISSING
+    if claim.kind is Kind.NUMBER:
+        distance = abs(ours.value - float(claim.paper)) / abs(float(claim.paper))
+        grades = (distance <= 0.10, distance <= 0.25)
+    elif claim.kind is Kind.ORDERING:
+        grades = (ours.low > 0 and ours.n > 1, ours.value > 0)  # one run alone has no interval
+    else:
+        grades = (ours.value >= 0.8, ours.value >= 0.5)
+    if grades[0]:
+        return Verdict.REPRODUCED
+    return Verdict.PARTLY if grades[1] else Verdict.NOT
+
+
+def judge_claims(results: Results, claims: tuple[Claim, ...], options: str = "") -> pd.DataFrame:
+    """Hold claims against results.
+
+    Returns:
+        One row per claim: claim, source, paper, ours, low, high, n, verdict, command.
+    """
+    rows = []
+    for claim in claims:
+        ours = claim.measure(results)
+        rows.append({
+            "claim": claim.text,
+            "source": claim.source,
+            "paper": claim.paper,
+            "ours": ours.value,
+            "low": ours.low,
+            "high": ours.high,
+            "n": ours.n,
+            "verdict": judge(claim, ours).value,
+            "command": f"crawler-bench reproduce --claim {claim.name}{options}",
+        })  # fmt: skip
+    return pd.DataFrame(rows)

@@ -1,0 +1,1 @@
+"""One run and its folder; many of them in parallel processes."""

@@ -1,0 +1,145 @@
+"""Measure a trained policy, frozen: from several starts, and under several amplitudes of noise."""
+
+import time
+import zipfile
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from crawler_bench.config.schema import EvaluationConfig, RunConfig
+from crawler_bench.gait import metrics
+from crawler_bench.gait.record import Record
+from crawler_bench.gait.rollout import rollout
+from crawler_bench.runs import store
+from crawler_bench.runs.policy_table import action_table, probabilities
+from crawler_bench.runs.training import load_agent
+
+
+@dataclass(frozen=True)
+class Evaluation:
+    """What is known of one trained policy.
+
+    Attributes:
+        table: (N, N) probability of each action at each observation.
+        starts: a row for each noise amplitude and start: noise, start, speed, reward, stalled and, without
+            noise, the metrics of the gait.
+        cycles: a row for each cycle: start, cycle, duration.
+        nodes: a row for each start and node: power_peak, power_duration.
+        gait: record of the first start that does not stall (of the first, where all do), settled.
+    """
+
+    table: NDArray[np.float64]
+    starts: pd.DataFrame
+    cycles: pd.DataFrame
+    nodes: pd.DataFrame
+    gait: Record
+
+
+def evaluate(folder: Path, config: EvaluationConfig | None = None) -> Path:
+    """Evaluate a trained run, unless it has been done.
+
+    Args:
+        folder: the run.
+        config: how; by default as the run's own configuration says.
+
+    Returns:
+        The folder of the evaluation, inside the run's.
+    """
+    run, seed = store.read_run(folder)
+    config = config or run.evaluation
+    place = folder / f"evaluation-{store.evaluation_key(config)}"
+    if (place / store.MANIFEST).is_file():
+        return place
+    started = time.time()
+    table = action_table(load_agent(folder, run), run.parameters.n_segments, config.mode)
+    evaluation = measure(run, seed, table, config)
+    with store.publish(place) as draft:
+        np.savetxt(draft / "table.csv", evaluation.table, delimiter=",", fmt="%.17g")
+        for name in ("starts", "cycles", "nodes"):
+            getattr(evaluation, name).to_csv(draft / f"{name}.csv", index=False)
+        np.savez_compressed(draft / "gait.npz", **vars(evaluation.gait))
+        store.write_manifest(draft, started)
+    return place
+
+
+def read_evaluation(place: Path) -> Evaluation:
+    """Read what `evaluate` wrote."""
+    try:
+        starts, cycles, nodes = (pd.read_csv(place / f"{name}.csv") for name in ("starts", "cycles", "nodes"))
+        starts[["noise", "start", "speed", "stalled"]], cycles["duration"]
+        with (place / "gait.npz").open("rb") as file, np.load(file) as arrays:
+            gait = Record(**arrays)
+        rows = [line.split(",") for line in (place / "table.csv").read_text().splitlines()]
+        table = probabilities(rows, len(rows))
+    except (OSError, EOFError, KeyError, TypeError, ValueError, zipfile.BadZipFile) as error:
+        raise store.NotARunError(
+            f"{place} is damaged ({type(error).__name__}); remove that folder and repeat the command"
+        ) from None
+    return Evaluation(table, starts, cycles, nodes, gait)
+
+
+def measure(run: RunConfig, seed: int, table: NDArray[np.float64], config: EvaluationConfig) -> Evaluation:
+    """Roll a policy out from every start under every noise, and take its measure."""
+
+    def crawl(start: int, noise: float, duration: float) -> Record:
+        return rollout(
+            run.parameters, table, warm_up=config.warm_up, duration=duration, noise=noise,
+            start=(config.seed, start), policy_seed=seed,
+        )  # fmt: skip
+
+    penalty = run.environment.regularization
+    if run.parameters.penalty == "rate":
+        penalty *= run.parameters.decision_interval
+    longest = max(config.duration, config.settle + config.gait)
+    rows, cycles, nodes, gaits = [], [], [], []
+    for noise in config.noise:
+        for start in range(config.starts):
+            quiet = noise == config.noise[0]
+            whole = crawl(start, noise, longest if quiet else config.duration)
+            record = whole.before(config.duration)
+            stalled = metrics.stalls(record)
+            row: dict[str, Any] = {
+                "noise": noise, "start": start, "speed": metrics.speed(record),
+                "reward": metrics.reward(record, penalty), "stalled": stalled,
+            }  # fmt: skip
+            if quiet:
+                # Later in the same crawl: strains that the random start has left relax slowly.
+                gait = whole.before(config.settle + config.gait).after(config.settle)
+                wave = metrics.wave(gait)
+                row |= describe(gait, wave)
+                cycles += [(start, i, duration) for i, duration in enumerate(wave.durations)]
+                peaks, durations = metrics.power_peaks(gait), metrics.power_durations(gait)
+                nodes += [(start, j, peaks[j], durations[j]) for j in range(peaks.size)]
+                gaits.append((stalled, start, gait))
+            rows.append(row)
+    return Evaluation(
+        table,
+        pd.DataFrame(rows),
+        pd.DataFrame(cycles, columns=["start", "cycle", "duration"]),
+        pd.DataFrame(nodes, columns=["start", "node", "power_peak", "power_duration"]),
+        min(gaits, key=lambda gait: gait[:2])[2],
+    )
+
+
+def describe(gait: Record, wave: metrics.Wave) -> dict[str, Any]:
+    """The metrics of one settled gait, one value each."""
+    return {
+        "wave_order": wave.order,
+        "cycles": len(wave.durations),
+        "cycle_duration": float(wave.durations.mean()) if len(wave.durations) else float("nan"),
+        "peak_contraction": metrics.peak_contraction(gait),
+        "strain_range": metrics.strain_range(gait),
+        "strain_gradient": metrics.strain_gradient(gait),
+        "contracted_segments": metrics.contracted_segments(gait),
+        "unused_muscles": len(metrics.unused_muscles(gait)),
+        "visited_observations": len(metrics.visited_observations(gait)),
+        "pairs_together": metrics.pairs_together(gait),
+        "power_peak_unevenness": metrics.unevenness(metrics.power_peaks(gait)),
+        "power_duration_unevenness": metrics.unevenness(metrics.power_durations(gait)),
+        "power_periodicity": metrics.power_periodicity(metrics.power_by_phase(gait, wave.boundaries)),
+        "power_per_distance": metrics.power_per_distance(gait),
+    }

@@ -1,0 +1,189 @@
+"""Train one agent once, and keep everything that is needed to understand it."""
+
+import inspect
+import time
+from pathlib import Path
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+import pandas as pd
+
+import crawler_bench
+from crawler_bench.config.schema import ConfigError, RunConfig, nearest
+from crawler_bench.gait.metrics import policy_text
+from crawler_bench.runs import store
+from crawler_bench.runs.agent import Agent, agent_class, is_stable_baselines
+from crawler_bench.runs.policy_table import greedy_policy
+
+CURVE_INTERVAL = 1000  # decisions between two points of the learning curve
+SNAPSHOTS = 80  # of the table of values, along the run
+SB3_SETTINGS = {"policy": "MlpPolicy", "device": "cpu"}
+
+
+def make_env(config: RunConfig) -> Any:
+    """The environment that a run learns in: one crawler or, for Stable-Baselines3, several.
+
+    Raises:
+        ConfigError: if the agent learns from one crawler alone.
+    """
+    arguments = dict(config.environment)
+    if config.crawlers == 1:
+        return gym.make(crawler_bench.ENV_ID, parameters=config.parameters, **arguments)
+    if not is_stable_baselines(agent_class(config.agent)):
+        raise ConfigError(
+            f"crawlers = {config.crawlers}: {config.agent} learns from one crawler; "
+            "only agents of Stable-Baselines3 learn from several"
+        )
+    from crawler_bench.envs.sb3 import CrawlerVecEnv  # loads torch
+
+    return CrawlerVecEnv(config.crawlers, config.parameters, **arguments)
+
+
+def make_agent(config: RunConfig, env: Any, seed: int) -> Agent:
+    """Build the agent of a run; one of Stable-Baselines3 gets its usual network, on the CPU.
+
+    Raises:
+        ConfigError: if its class does not know one of the settings.
+    """
+    kind = agent_class(config.agent)
+    known = inspect.signature(kind).parameters
+    if not any(parameter.kind is parameter.VAR_KEYWORD for parameter in known.values()):
+        names = [name for name in known if name not in ("env", "seed")]
+        for key in config.settings:
+            if key not in known:
+                hint = nearest(key, names) if names else "; it takes no settings"
+                raise ConfigError(f"settings: {kind.__name__} knows no {key!r}{hint}")
+    usual = {key: value for key, value in SB3_SETTINGS.items() if is_stable_baselines(kind) and key in known}
+    try:
+        return kind(env=env, seed=seed, **usual | config.settings)
+    except (TypeError, AssertionError) as error:
+        raise ConfigError(
+            f"{kind.__name__}(env, seed={seed}, **{config.settings}) cannot be made: {error}"
+        ) from None
+
+
+def load_agent(folder: Path, config: RunConfig) -> Agent:
+    """Read the agent of a finished run.
+
+    Raises:
+        NotARunError: if its file is missing or damaged.
+    """
+    path = agent_file(folder)
+    kind, env = agent_class(config.agent), make_env(config)
+    try:
+        return kind.load(path, env=env)
+    except Exception as error:  # the agent may be anyone's, and so is how it fails
+        reason = str(error).removeprefix(f"{path} ") if isinstance(error, ValueError) else repr(error)
+        raise store.NotARunError(f"{path} cannot be loaded: {' '.join(reason.split())}") from error
+
+
+def agent_file(folder: Path) -> Path:
+    """The saved agent of a run; Stable-Baselines3 puts .zip behind the name."""
+    saved = sorted(folder.glob("agent*"))
+    return saved[0] if saved else folder / "agent.json"
+
+
+def train(config: RunConfig, seed: int, root: Path, progress_bar: bool = False) -> Path:
+    """Train a run, unless it is there already.
+
+    Args:
+        config: the run.
+        seed: of agent and environment.
+        root: folder of run folders.
+        progress_bar: show one.
+
+    Returns:
+        The run's folder: config.yaml, command.txt, manifest.json, learning.csv, the saved agent and, for an
+        agent with a table of values, snapshots.npz (decisions, and the table at each).
+    """
+    folder = store.run_folder(root, config, seed)
+    if store.is_run(folder):
+        return folder
+    started = time.time()
+    agent, recorder = learn(config, seed, progress_bar)
+    with store.publish(folder) as draft:
+        store.write_config(draft, config, seed)
+        store.write_command(draft)
+        # Stable-Baselines3 saves an archive, and wants a name that says so.
+        agent.save(draft / ("agent.zip" if is_stable_baselines(type(agent)) else "agent.json"))
+        recorder.curve().to_csv(draft / "learning.csv", index=False)
+        if recorder.snapshots:
+            decisions, tables = zip(*recorder.snapshots, strict=True)
+            np.savez_compressed(draft / "snapshots.npz", decisions=decisions, q_table=np.array(tables))
+        store.write_manifest(draft, started, seed=seed, agent=config.agent)
+    return folder
+
+
+def learn(
+    config: RunConfig, seed: int, progress_bar: bool = False, interval: int = CURVE_INTERVAL
+) -> tuple[Agent, "LearningRecorder"]:
+    """Train a run in memory.
+
+    Args:
+        config: the run.
+        seed: of agent and environment.
+        progress_bar: show one.
+        interval: decisions between two points of the learning curve.
+
+    Returns:
+        The agent, and the recorder that holds its learning curve.
+    """
+    env = make_env(config)
+    agent = make_agent(config, env, seed)
+    recorder = LearningRecorder(env, agent, config.decisions, interval)
+    recorder.record(agent)
+    agent.learn(config.decisions, callback=recorder, progress_bar=progress_bar)
+    recorder.record(agent, last=True)
+    return agent, recorder
+
+
+class LearningRecorder:
+    """A callback that keeps the learning curve: how far the crawlers have come, and what the agent believes.
+
+    Works with our agents, which call it now and then, and with Stable-Baselines3's, which call it at every
+    decision.
+    """
+
+    def __init__(self, env: Any, agent: Agent, decisions: int, interval: int = CURVE_INTERVAL) -> None:
+        self._crawler: Any = env.unwrapped
+        self._n = int(env.observation_space.n)
+        self._gradient_updates = 0
+        optimizer = getattr(getattr(agent, "policy", None), "optimizer", None)
+        if optimizer is not None:
+            optimizer.register_step_post_hook(self._count_update)
+        self._rows: list[tuple[int, int, float, float, str]] = []
+        self.snapshots: list[tuple[int, np.ndarray[Any, Any]]] = []
+        self._interval = interval
+        self._snapshot_interval = max(interval, decisions // SNAPSHOTS)
+
+    def __call__(self, local: dict[str, Any], _global: dict[str, Any]) -> bool:
+        """Record, if it is time; never stops the learning."""
+        done = local["self"].num_timesteps
+        if not self._rows or done - self._rows[-1][0] >= self._interval:
+            self.record(local["self"])
+        return True
+
+    def _count_update(self, *_: Any) -> None:
+        self._gradient_updates += 1
+
+    def record(self, agent: Agent, last: bool = False) -> None:
+        """Keep a point of the curve, unless this one is kept already; the last with its table of values."""
+        done, table = getattr(agent, "num_timesteps", 0), getattr(agent, "q_table", None)
+        if table is not None and last and self.snapshots and self.snapshots[-1][0] != done:
+            self.snapshots.append((done, table.copy()))
+        if self._rows and done == self._rows[-1][0]:
+            return
+        greedy = greedy_policy(agent, self._n)
+        policy = "" if greedy is None else policy_text(greedy)
+        self._rows.append((done, self._gradient_updates, *self._crawler.lifetime, policy))
+        if table is not None and (
+            not self.snapshots or done - self.snapshots[-1][0] >= self._snapshot_interval
+        ):
+            self.snapshots.append((done, table.copy()))
+
+    def curve(self) -> pd.DataFrame:
+        """A row every so many decisions: decisions, gradient_updates, time, distance, policy (in digits)."""
+        return pd.DataFrame(
+            self._rows, columns=["decisions", "gradient_updates", "time", "distance", "policy"]
+        )

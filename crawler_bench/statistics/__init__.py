@@ -1,0 +1,1 @@
+"""Arrays in, estimates out: intervals over independent runs, and tests of differences."""

@@ -1,0 +1,1 @@
+"""Speed measurements against peers and against a clock: `make speed`; see docs/performance.md."""
