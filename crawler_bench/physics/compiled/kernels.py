@@ -33,7 +33,15 @@ def inner_kernel(function: Callable[Arguments, Result]) -> Callable[Arguments, R
     loop over a few nodes that takes longer than the physics. The option is numba's own; should it go, leave
     it out.
     """
-    return _compile(function, _nrt=False)
+    return _compile(function, _nrt=False, forceinline=False)
+
+
+def inline_kernel(function: Callable[Arguments, Result]) -> Callable[Arguments, Result]:
+    """Compile like `inner_kernel` a function that becomes part of every kernel which calls it.
+
+    For what every decision calls: passing a crawler and its coefficients takes longer than most of these do.
+    """
+    return _compile(function, _nrt=False, forceinline=True)
 
 
 def _compile(function: Callable[Arguments, Result], **options: bool) -> Callable[Arguments, Result]:
