@@ -1,4 +1,4 @@
-"""Figures of one record against time: a gait, and crawling before anything was learned."""
+"""One record against time: positions, strains and muscle forces."""
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -18,40 +18,37 @@ from crawler_bench.output.style import (
     tidy,
 )
 
-GAIT_DURATION = 120.0  # tau_theta shown of a gait: three to five cycles
+GAIT_DURATION = 120.0  # tau_theta of a gait that are shown: three to five cycles
 
 
 def gait(record: Record, title: str) -> Figure:
-    """Fig. 2A and 2B: where the segments are, how they are strained, and what their muscles do.
+    """Fig. 2A and 2B: position and strain of each segment, and the force of each muscle.
 
     Args:
         record: of the settled gait; its first 120 tau_theta are shown, counted from 0.
         title: of the figure.
     """
-    record = _beginning(record, GAIT_DURATION)
+    record = record.before(record.time[0] + GAIT_DURATION)
     time = record.time - record.time[0]
     figure = new_figure(9, 8, title)
     positions, strains, forces = figure.subplots(3, 1, sharex=True, height_ratios=(1.3, 1, 1))
     _draw_positions(positions, time, record.displacement)
+    draw_strains_and_forces(strains, forces, record)
+    return figure
+
+
+def draw_strains_and_forces(strains: Axes, forces: Axes, record: Record) -> None:
+    """Draw two kymographs, one above the other, with time counted from 0."""
+    time = record.time - record.time[0]
     heading(strains, "Strain of each segment: red contracted, blue stretched")
     colour_bar(strains, strain_kymograph(strains, time, record.strain), STRAIN_LABEL)
     heading(forces, "Force of each muscle")
     colour_bar(forces, force_kymograph(forces, time, record.force), FORCE_LABEL)
     forces.set_xlabel(TIME_LABEL)
-    return figure
-
-
-def _beginning(record: Record, duration: float) -> Record:
-    """The first part of a record."""
-    n = int(np.searchsorted(record.time, record.time[0] + duration * (1 + 1e-9), side="right"))
-    return Record(
-        record.time[:n], record.displacement[:n], record.velocity[:n], record.force[:n], record.power[:n],
-        record.action[: n - 1],
-    )  # fmt: skip
 
 
 def _draw_positions(axes: Axes, time: Array, displacement: Array) -> None:
-    """Segments as bands between their nodes, which are lines; distances from where the head starts."""
+    """Draw nodes as lines and segments as bands between them, from where the head starts."""
     n = displacement.shape[1] - 1
     x = displacement - displacement[0, 0] - np.arange(n + 1)
     for i in range(n):

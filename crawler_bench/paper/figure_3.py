@@ -1,4 +1,4 @@
-"""Figures that compare the gaits: power, duration of a cycle, and speed against noise."""
+"""Fig. 3, the gaits compared: power, duration of a cycle, and speed against noise."""
 
 from collections.abc import Mapping
 
@@ -16,6 +16,8 @@ from crawler_bench.output.style import (
     NODES,
     SPEED_LABEL,
     SPEED_SCALE,
+    band,
+    mark_middle,
     new_figure,
     part_ticks,
     show_missing,
@@ -26,7 +28,7 @@ from crawler_bench.statistics.estimates import Array
 
 
 def power_by_phase(phased: Mapping[str, Array]) -> Figure:
-    """Fig. 3A: the power that each node exerts in the course of a cycle.
+    """Fig. 3A: the power of each node against the phase of the cycle.
 
     Args:
         phased: (cycles, phases, N + 1) power of each gait, k L^2 / tau_theta; NaN where there is no sample,
@@ -65,7 +67,7 @@ def _draw_power(axes: Axes, cycles: Array, colours: Array) -> None:
 
 
 def cycle_durations(cycles: pd.DataFrame) -> Figure:
-    """Fig. 3B: how long a cycle takes.
+    """Fig. 3B: the duration of a cycle.
 
     Args:
         cycles: one row per cycle: experiment, seed, start, duration (tau_theta).
@@ -81,11 +83,7 @@ def cycle_durations(cycles: pd.DataFrame) -> Figure:
         runs.set_ylabel("gait")
         return figure
     names = [name for name in EXPERIMENT_COLOURS if name in set(cycles["experiment"])]
-    look = {
-        "hue": "experiment",
-        "hue_order": names,
-        "palette": {name: EXPERIMENT_COLOURS[name] for name in names},
-    }
+    look = {"hue": "experiment", "hue_order": names, "palette": EXPERIMENT_COLOURS}
     sns.histplot(
         cycles, x="duration", stat="percent", common_norm=False, bins=_bins(cycles["duration"].to_numpy()),
         element="step", alpha=0.4, ax=histogram, **look,
@@ -96,15 +94,14 @@ def cycle_durations(cycles: pd.DataFrame) -> Figure:
 
 
 def _draw_run_means(axes: Axes, cycles: pd.DataFrame, names: list[str]) -> None:
-    """One dot per run, and their mean with its interval as a cross."""
+    """Draw one dot per run, and their mean with its interval."""
     means = cycles.groupby(["experiment", "seed"])["duration"].mean()
     for row, name in enumerate(names):
         of_runs, colour = np.sort(means[name].to_numpy()), EXPERIMENT_COLOURS[name]
-        shift = 0.2 * (np.arange(of_runs.size) % 3 - 1)  # so that equal runs are told apart
+        shift = 0.2 * (np.arange(of_runs.size) % 3 - 1)  # to separate equal runs
         axes.plot(of_runs, row + shift, ls="", marker="o", ms=5, color=colour, alpha=0.5, mew=0)
         mean = estimates.estimate(of_runs, statistic=np.mean)
-        bar = ([mean.value - mean.low], [mean.high - mean.value])
-        axes.errorbar(mean.value, row, xerr=bar, color=INK, marker="|", ms=14, capsize=3, lw=1.2, zorder=3)
+        mark_middle(axes, mean, row, ms=14)
     axes.set(yticks=range(len(names)), yticklabels=names, ylim=(len(names) - 0.5, -0.5))
 
 
@@ -117,10 +114,10 @@ def _bins(durations: Array) -> Array:
 
 
 def speed_against_noise(evaluations: pd.DataFrame, crossover: tuple[float, float, float]) -> Figure:
-    """Fig. 3C: speed against the error with which the segments are felt.
+    """Fig. 3C: speed against proprioceptive noise.
 
     Args:
-        evaluations: one row per start of each run at each noise: experiment, seed, noise, start, speed
+        evaluations: one row per run, noise and start: experiment, seed, noise, start, speed
             (L / tau_theta), stalled.
         crossover: noise from which on the regularized gait is the faster one, and its interval; NaN if there
             is none.
@@ -147,13 +144,12 @@ def speed_against_noise(evaluations: pd.DataFrame, crossover: tuple[float, float
 
 
 def _draw_speed(axes: Axes, name: str, table: pd.DataFrame) -> None:
-    """Speeds (noise, run) of one experiment."""
+    """Draw the speeds (noise, run) of one experiment."""
     colour, style = EXPERIMENT_COLOURS[name], "--" if name == "untrained" else "-"
     noise = table.index.to_numpy()
     if table.shape[1] > 1:
         axes.plot(noise, table.to_numpy(), color=colour, lw=0.5, alpha=0.25, ls=style)
     means = [estimates.estimate(row, statistic=np.mean) for row in table.to_numpy()]
-    axes.fill_between(noise, [m.low for m in means], [m.high for m in means], color=colour, alpha=0.2, lw=0)
     count = f"{table.shape[1]} run{'s' if table.shape[1] > 1 else ''}"
     label = f"random action ({count})" if name == "untrained" else f"{name} ({count})"
-    axes.plot(noise, [m.value for m in means], color=colour, lw=2, ls=style, label=label)
+    band(axes, noise, means, alpha=0.2, color=colour, lw=2, ls=style, label=label)

@@ -1,7 +1,7 @@
-"""Search the continuous constants jointly for the lowest score, by Optuna's TPE: same seed, same search.
+"""Search the continuous constants jointly for the lowest score, by Optuna's seeded TPE sampler.
 
-Trials are asked for in batches, whose runs share all processes, and told in order; so the search neither
-depends on the number of processes nor on which of them is faster.
+Trials are proposed in batches, whose runs share all processes, and reported in order; so the search depends
+neither on the number of processes nor on their speed.
 """
 
 from collections.abc import Sequence
@@ -13,7 +13,7 @@ from crawler_bench.readings.laboratory import Laboratory, Scored
 
 BATCH = 4
 _SEED = 20201122
-# Lower and upper end, and the step of what has one; the rest is searched on a logarithmic scale.
+# Lower end, upper end and step; without a step the scale is logarithmic.
 RANGES: dict[str, tuple[float, float, float | None]] = {
     "parameters.tau_f": (0.2, 1.5, None),
     "parameters.neuron_rate": (1.0, 4.0, None),
@@ -23,19 +23,19 @@ RANGES: dict[str, tuple[float, float, float | None]] = {
     "environment.episode_distance": (0.5, 5.0, None),
     "environment.time_limit": (250.0, 4000.0, None),
 }
-DIGITS = 3  # significant ones of a constant that is tried
+DIGITS = 3  # significant digits of a constant
 
 
 def search(
     laboratory: Laboratory, start: Sequence[Reading], seeds: Sequence[int], trials: int
 ) -> list[Scored]:
-    """Run so many trials, those of `start` first.
+    """Run the trials, those of `start` first.
 
     Args:
-        laboratory: what to run them with.
-        start: readings, changed in searched constants alone, to begin from.
+        laboratory: runs them.
+        start: readings to begin from, which change searched constants only.
         seeds: of every trial.
-        trials: how many.
+        trials: their number.
     """
     optuna.logging.set_verbosity(optuna.logging.WARNING)
     sampler = optuna.samplers.TPESampler(seed=_SEED, n_startup_trials=3 * BATCH, constant_liar=True)

@@ -1,4 +1,4 @@
-"""What each agent of a benchmark learned: its policy as a matrix, the gait it leads to, and traps."""
+"""What each agent of a benchmark learned: its policy as a matrix, its gait, and traps."""
 
 from collections.abc import Mapping
 
@@ -11,7 +11,7 @@ from matplotlib.image import AxesImage
 from matplotlib.lines import Line2D
 
 from crawler_bench.benchmark.figures.looks import grid, label_bottom, modes_of, regularizations, truncate
-from crawler_bench.benchmark.keys import action_columns
+from crawler_bench.benchmark.keys import GROUP, action_columns, select
 from crawler_bench.gait import metrics
 from crawler_bench.gait.record import Array, Record
 from crawler_bench.output.kymographs import GAIT_DURATION
@@ -23,6 +23,7 @@ from crawler_bench.output.style import (
     SPEED_UNIT,
     STRAIN_LABEL,
     TIME_LABEL,
+    colour_bar,
     new_figure,
     part_ticks,
     show_missing,
@@ -57,18 +58,13 @@ def policy_matrices(tables: pd.DataFrame, runs: pd.DataFrame) -> Figure:
         for axes, value in zip(panels[row, left : left + len(values)], values, strict=True):
             chosen = tables.iloc[:0]
             if place < len(pairs):
-                chosen, of_runs = (
-                    frame[
-                        (frame["agent"] == pairs[place][0])
-                        & (frame["mode"] == pairs[place][1])
-                        & (frame["regularization"] == value)
-                    ]
-                    for frame in (tables, runs)
-                )
+                group = dict(zip(GROUP, (*pairs[place], value), strict=True))
+                chosen, of_runs = select(tables, **group), select(runs, **group)
             if chosen.empty:
                 axes.remove()
                 continue
-            image = _draw_mean(axes, chosen)
+            # The root separates a probability close to that of random action from none at all.
+            image = _matrix(axes, _mean_table(chosen), PROBABILITY, PowerNorm(0.5, 0, 1))
             axes.set_title(_title(pairs[place], value, chosen, of_runs), loc="left", fontsize=8, color=INK)
             axes.tick_params(labelsize=7)
             if row == rows - 1:
@@ -90,12 +86,6 @@ def _mean_table(tables: pd.DataFrame) -> Array:
     return tables.groupby("observation")[probabilities].mean().to_numpy(np.float64)
 
 
-def _draw_mean(axes: Axes, tables: pd.DataFrame) -> AxesImage:
-    table = _mean_table(tables)
-    # The root tells a probability that is nearly that of random action from none at all.
-    return _matrix(axes, table, PROBABILITY, PowerNorm(0.5, 0, 1))
-
-
 def _title(pair: tuple[str, str], value: float, tables: pd.DataFrame, runs: pd.DataFrame) -> str:
     off = metrics.off_diagonal(_mean_table(tables))
     speed = estimates.estimate(runs["speed"].to_numpy(np.float64) * SPEED_SCALE).value
@@ -105,7 +95,7 @@ def _title(pair: tuple[str, str], value: float, tables: pd.DataFrame, runs: pd.D
 
 
 def _matrix(axes: Axes, table: Array, colours: LinearSegmentedColormap, norm: PowerNorm) -> AxesImage:
-    """A matrix with its diagonal outlined."""
+    """Draw a matrix with its diagonal outlined."""
     n = len(table)
     image = axes.imshow(table, cmap=colours, norm=norm, interpolation="nearest")
     corners: Array = np.repeat(np.arange(n + 1) - 0.5, 2)
@@ -126,7 +116,7 @@ def trap_matrix(shares: Array) -> Figure:
     """Which pairs of an observation and an action stop the body.
 
     Args:
-        shares: (N, N) of `crawler_bench.benchmark.temperature.traps`.
+        shares: (N, N) of `crawler_bench.benchmark.traps.traps`.
     """
     figure = new_figure(6.2, 6, "Traps: which neuron, held, stops the body where it is")
     axes = figure.add_subplot()
@@ -141,10 +131,10 @@ def trap_matrix(shares: Array) -> Figure:
 
 
 def gaits(records: Mapping[str, Record]) -> Figure:
-    """The strain of every segment against time, a representative run of each agent.
+    """The strain of every segment against time, for a representative run of each agent.
 
     Args:
-        records: of the settled gaits; of each the first 120 tau_theta are shown, counted from 0.
+        records: of the settled gaits, whose first 120 tau_theta are shown, counted from 0.
     """
     shown = {name: record.before(record.time[0] + GAIT_DURATION) for name, record in records.items()}
     columns = min(3, max(len(shown), 1))
@@ -165,10 +155,5 @@ def gaits(records: Mapping[str, Record]) -> Figure:
         axes.set_xlim(0, max(each.time[-1] - each.time[0] for each in shown.values()))
     label_bottom(panels, columns, TIME_LABEL)
     figure.supylabel("segment (1: head)", fontsize=10)
-    below, above = strains.min() < image.norm.vmin, strains.max() > image.norm.vmax
-    extend = {(0, 0): "neither", (1, 0): "min", (0, 1): "max", (1, 1): "both"}[bool(below), bool(above)]
-    bar = figure.colorbar(
-        image, ax=panels, label=STRAIN_LABEL, extend=extend, pad=0.015, aspect=25, shrink=min(1, 1.6 / rows)
-    )
-    bar.outline.set_visible(False)
+    colour_bar(panels, image, STRAIN_LABEL, strains, aspect=25, shrink=min(1, 1.6 / rows))
     return figure

@@ -16,14 +16,23 @@ from crawler_bench.benchmark.figures.looks import (
     regularizations,
     truncate,
 )
-from crawler_bench.benchmark.keys import MODES
-from crawler_bench.output.style import BLUE, INK, ORANGE, SPEED_LABEL, SPEED_SCALE, new_figure, tidy
+from crawler_bench.benchmark.keys import DETERMINISTIC, STOCHASTIC, select
+from crawler_bench.output.style import (
+    BLUE,
+    INK,
+    ORANGE,
+    SPEED_LABEL,
+    SPEED_SCALE,
+    mark_middle,
+    new_figure,
+    tidy,
+)
 from crawler_bench.statistics import estimates
 from crawler_bench.statistics.estimates import Array
 
-MODE_LOOKS = {MODES[0]: (BLUE, "o"), MODES[1]: (ORANGE, "D")}
+MODE_LOOKS = {DETERMINISTIC: (BLUE, "o"), STOCHASTIC: (ORANGE, "D")}
 _OTHER_MODE = ("#009E73", "s")
-_SMOOTHING = 0.6  # tau_theta, least width of the kernel of a distribution of durations
+_SMOOTHING = 0.6  # tau_theta, least width of the kernel of a density
 
 
 def speeds(runs: pd.DataFrame) -> Figure:
@@ -36,10 +45,10 @@ def speeds(runs: pd.DataFrame) -> Figure:
     for axes, value in zip(panels, regularizations(runs), strict=True):
         tidy(axes, regularization_label(value).capitalize())
         axes.set_xlabel(SPEED_LABEL)
-        here = runs[runs["regularization"] == value]
+        here = select(runs, regularization=value)
         draw_references(axes, here, vertical=True)
         for (agent, mode), row in rows.items():
-            chosen = here[(here["agent"] == agent) & (here["mode"] == mode)].sort_values("seed")
+            chosen = select(here, agent=agent, mode=mode).sort_values("seed")
             _dots(axes, chosen["speed"].to_numpy(np.float64) * SPEED_SCALE, row, mode)
         axes.set_xlim(left=1.05 * min(0.0, float(runs["speed"].min()) * SPEED_SCALE))
     present = [name for name in REFERENCES if name in set(runs["agent"])]
@@ -52,11 +61,11 @@ def speeds(runs: pd.DataFrame) -> Figure:
 
 
 def cycle_durations(cycles: pd.DataFrame, runs: pd.DataFrame) -> Figure:
-    """How long a wave of contraction takes through the body, of the agents that have waves.
+    """How long a wave of contraction takes through the body, for the agents that have waves.
 
     Args:
         cycles: one row per cycle: agent, mode, regularization, seed, duration (tau_theta).
-        runs: one row per run: agent, mode, regularization, seed; names the agents that have no cycle, too.
+        runs: one row per run: agent, mode, regularization, seed; also of agents without a cycle.
     """
     figure, panels, rows = _rows(runs, "Duration of a cycle: one wave of contraction through the body")
     for axes, value in zip(panels, regularizations(runs), strict=True):
@@ -64,12 +73,8 @@ def cycle_durations(cycles: pd.DataFrame, runs: pd.DataFrame) -> Figure:
         axes.set_xlabel(r"duration of a cycle ($\tau_\theta$)")
         axes.set_xlim(0, _longest(cycles) * 1.05)
         for (agent, mode), row in rows.items():
-            run, cycle = (
-                frame[
-                    (frame["agent"] == agent) & (frame["mode"] == mode) & (frame["regularization"] == value)
-                ]
-                for frame in (runs, cycles)
-            )
+            group = {"agent": agent, "mode": mode, "regularization": value}
+            run, cycle = select(runs, **group), select(cycles, **group)
             if run.empty:
                 continue
             _say(axes, 1.01, row, f"{cycle['seed'].nunique()}/{run['seed'].nunique()}")
@@ -83,9 +88,7 @@ def cycle_durations(cycles: pd.DataFrame, runs: pd.DataFrame) -> Figure:
 
 
 def _rows(runs: pd.DataFrame, title: str) -> tuple[Figure, list[Axes], dict[tuple[str, str], float]]:
-    """One panel per regularization with one row per agent, its modes close together; where each mode's row
-    is.
-    """
+    """One panel per regularization with one row per agent and mode, and the height of each row."""
     rows, ticks, place = {}, {}, 0.0
     for agent, modes in _by_agent(runs):
         at = place + np.arange(len(modes)) * 0.75
@@ -114,18 +117,15 @@ def _by_agent(runs: pd.DataFrame) -> Iterator[tuple[str, list[str]]]:
 
 
 def _dots(axes: Axes, values: Array, row: float, mode: str) -> None:
-    """One dot per run, and their interquartile mean with its interval."""
+    """Draw one dot per run, and their interquartile mean with its interval."""
     colour, marker = MODE_LOOKS.get(mode, _OTHER_MODE)
-    shift = 0.13 * (np.arange(values.size) % 3 - 1)  # so that equal runs are told apart
+    shift = 0.13 * (np.arange(values.size) % 3 - 1)  # to separate equal runs
     axes.plot(values, row + shift, ls="", marker=marker, ms=4.5, color=colour, alpha=0.5, mew=0)
-    middle = estimates.estimate(values)
-    if middle.n:
-        bar = ([middle.value - middle.low], [middle.high - middle.value])
-        axes.errorbar(middle.value, row, xerr=bar, color=INK, marker="|", ms=13, capsize=3, lw=1.2, zorder=3)
+    mark_middle(axes, estimates.estimate(values), row, ms=13)
 
 
 def _violin(axes: Axes, durations: Array, row: float, mode: str) -> None:
-    """The distribution of all cycles, as high at its peak as a row allows."""
+    """Draw the density of all cycles, as high at its peak as a row allows."""
     width = max(_SMOOTHING, 0.9 * float(durations.std()) * durations.size**-0.2)
     at: Array = np.linspace(max(durations.min() - 3 * width, 0), durations.max() + 3 * width, 400)
     density = np.exp(-0.5 * ((at[:, None] - durations) / width) ** 2).sum(axis=1)
