@@ -5,7 +5,7 @@ BIN := $(VENV)/bin
 STAMP := $(VENV)/installed
 
 .DEFAULT_GOAL := help
-.PHONY: help reproduce test test-slow bench check format clean
+.PHONY: help reproduce test test-slow speed check format clean
 
 help: ## list the targets
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | awk -F ':.*## ' '{printf "  make %-10s %s\n", $$1, $$2}'
@@ -26,7 +26,8 @@ test: check ## run the checks and the whole fast test suite
 test-slow: $(STAMP) ## the tests that train at full length
 	$(BIN)/python -m pytest -n 2 -m slow
 
-bench: $(STAMP) ## measure speed against peers, write results/performance/
+speed: $(STAMP) ## measure speed, append it to results/speed/, fail if a goal fails
+	$(BIN)/python -m pip install --quiet -c constraints.txt -e ".[dev,speed]"
 	$(BIN)/python -m speed
 
 check: $(STAMP) ## lint, types, spelling, import contracts

@@ -1,15 +1,16 @@
-"""What DQN and PPO have in common here: one torch thread, one scale of rewards, one discount.
+"""DQN and PPO of Stable-Baselines3, set up for the crawler: one torch thread, scaled rewards, gamma of [M20].
 
-A decision earns about a thousandth of a rest length, far from the rewards of order one that the defaults of
-deep agents are made for; so both see rewards multiplied by REWARD_SCALE, which changes no optimal policy.
-Everything else that is not said in a configuration is Stable-Baselines3's default; Adam runs as one fused
-kernel and distributions do not check their own arguments, which changes the time and not the learning.
+A decision earns about a thousandth of a rest length, far below the rewards of order one that the defaults of
+deep agents assume; so both see rewards multiplied by REWARD_SCALE, which changes no optimal policy. All else
+that a configuration does not set is Stable-Baselines3's default; Adam runs as one fused kernel and
+distributions do not check their own arguments, which changes the time and not the learning.
 """
 
 from typing import Any
 
 import gymnasium as gym
 import numpy as np
+import stable_baselines3
 import torch
 from stable_baselines3.common.vec_env import DummyVecEnv, VecEnv, VecEnvWrapper
 from stable_baselines3.common.vec_env.base_vec_env import VecEnvStepReturn
@@ -36,13 +37,16 @@ class ScaledRewards(VecEnvWrapper):
 
 
 class Deep:
-    """Goes before an algorithm of Stable-Baselines3 in the bases of a class.
+    """What both share; stands before an algorithm of Stable-Baselines3 in the bases of a class.
 
     Args:
         env: one environment or a vector of them.
         seed: everything random in agent and environment derives from it.
-        reward_scale: what rewards are multiplied by while learning.
+        policy: Stable-Baselines3's name of the network.
+        policy_kwargs: of the network, over the fused optimizer.
+        reward_scale: factor on rewards while learning.
         gamma: discount.
+        device: of torch.
         settings: any of the algorithm's own.
     """
 
@@ -58,7 +62,7 @@ class Deep:
         device: str = "cpu",
         **settings: Any,
     ) -> None:
-        torch.set_num_threads(1)  # the networks are small, and there is a process a core
+        torch.set_num_threads(1)  # the networks are small, and each core has a process of its own
         torch.distributions.Distribution.set_default_validate_args(False)
         self.reward_scale = reward_scale
         fused = {"optimizer_kwargs": {"fused": True}}
@@ -80,7 +84,7 @@ class Deep:
         return ScaledRewards(vector, self.reward_scale)
 
     def set_env(self, env: Any, force_reset: bool = True) -> None:
-        """Learn in other environments, of the same number, from now on."""
+        """Learn in as many other environments from now on."""
         super().set_env(self._scaled(env), force_reset)  # type: ignore[misc]
 
     @classmethod
@@ -94,5 +98,13 @@ class Deep:
 
 
 def _spread(seed: int | None) -> int | None:
-    """Move seeds apart: Stable-Baselines3 seeds crawler i with seed + i, and neighbours would share them."""
+    """Spread seeds: Stable-Baselines3 seeds crawler i with seed + i, so close seeds would share crawlers."""
     return None if seed is None else int(np.random.SeedSequence(seed).generate_state(1)[0])
+
+
+class DQN(Deep, stable_baselines3.DQN):  # type: ignore[misc]
+    """Q-learning with a network in place of the table [Mnih et al. 2015]."""
+
+
+class PPO(Deep, stable_baselines3.PPO):  # type: ignore[misc]
+    """Policy gradients with a clipped objective; its policy is stochastic [Schulman et al. 2017]."""

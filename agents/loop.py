@@ -5,8 +5,8 @@ from numpy.typing import NDArray
 
 from crawler_bench.envs.randomness import State, random
 from crawler_bench.envs.transition import RUNNING, Packed, begin, decide
-from crawler_bench.physics.compilation import kernel
-from crawler_bench.physics.layout import Memory
+from crawler_bench.physics.compiled import kernel
+from crawler_bench.physics.state import Memory
 
 
 @kernel
@@ -50,24 +50,3 @@ def learn_on_crawler(
         update(Q, o, a, r + (0.0 if ended and end_is_terminal else gamma * Q[o_next].max()), alpha)
         o = begin(memory, task, env_rng) if ended else o_next
     return o
-
-
-@kernel
-def learn_on_crawlers(
-    Q: NDArray[np.float64],
-    o: NDArray[np.int64],
-    n_decisions: NDArray[np.int64],
-    alpha: NDArray[np.float64],
-    gamma: NDArray[np.float64],
-    end_is_terminal: NDArray[np.bool_],
-    rng: NDArray[np.uint64],
-    memory: NDArray[np.float64],
-    tasks: NDArray[np.float64],
-    env_rng: NDArray[np.uint64],
-) -> None:
-    """`learn_on_crawler` for many agents, a row of every array each; `o` becomes the next observation."""
-    for i in range(Q.shape[0]):
-        o[i] = learn_on_crawler(
-            Q[i], o[i], n_decisions[i], alpha[i], gamma[i], end_is_terminal[i], rng[i], memory[i],
-            tasks[i], env_rng[i],
-        )  # fmt: skip

@@ -2,10 +2,11 @@
 
     Q(o, a) <- (1 - alpha) Q(o, a) + alpha (r + gamma max_a' Q(o', a'))
 
-The policy is greedy; what makes it explore is that all values start equal and high, so that an action that
-has been tried disappoints, and another takes its turn.
+The policy is greedy. It explores because all values start equal and high: an action that has been tried
+disappoints, and another takes its turn.
 """
 
+import json
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -14,7 +15,6 @@ import gymnasium as gym
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from agents import saving
 from agents.loop import greedy, learn_on_crawler, update
 from crawler_bench.envs.crawler import CrawlerEnv
 from crawler_bench.envs.randomness import live_state
@@ -23,6 +23,7 @@ Callback = Callable[[dict[str, Any], dict[str, Any]], bool | None]
 
 # Wrappers that gym.make adds and that change nothing: under them the compiled loop is the same loop.
 _TRANSPARENT_WRAPPERS = (gym.wrappers.OrderEnforcing, gym.wrappers.PassiveEnvChecker)
+_SAVED = ("learning_rate", "discount", "initial_q", "seed", "end_is_terminal")
 
 
 class QLearning:
@@ -57,21 +58,18 @@ class QLearning:
         end_is_terminal: bool = False,
         compiled: bool = True,
     ) -> None:
-        learning_rate, discount = _number("learning_rate", learning_rate), _number("discount", discount)
-        initial_q = _number("initial_q", initial_q)
-        if not 0 < learning_rate <= 1:
-            raise ValueError(f"learning_rate = {learning_rate!r} is not possible: it must be in (0, 1]")
-        if not 0 <= discount < 1:
-            raise ValueError(f"discount = {discount!r} is not possible: it must be in [0, 1)")
-        if not np.isfinite(initial_q):
-            raise ValueError(f"initial_q = {initial_q!r} is not possible: it must be a finite number")
-        if not isinstance(end_is_terminal, bool):
-            raise ValueError(
-                f"end_is_terminal = {end_is_terminal!r} is not possible: it must be true or false"
-            )
-        self.learning_rate, self.discount, self.initial_q = learning_rate, discount, initial_q
-        self.end_is_terminal = end_is_terminal
-        self.seed, self.compiled = None if seed is None else int(seed), compiled
+        self.learning_rate, self.discount = (
+            _number("learning_rate", learning_rate),
+            _number("discount", discount),
+        )
+        self.initial_q = _number("initial_q", initial_q)
+        _require(0 < self.learning_rate <= 1, "learning_rate", learning_rate, "in (0, 1]")
+        _require(0 <= self.discount < 1, "discount", discount, "in [0, 1)")
+        _require(np.isfinite(self.initial_q), "initial_q", initial_q, "a finite number")
+        for name, value in (("end_is_terminal", end_is_terminal), ("compiled", compiled)):
+            _require(isinstance(value, bool), name, value, "true or false")
+        self.end_is_terminal, self.compiled = end_is_terminal, compiled
+        self.seed = None if seed is None else int(seed)
         self.num_timesteps = 0
         agent_seed, env_seed, tie_seed = np.random.SeedSequence(seed).spawn(3)
         self.rng = np.random.default_rng(agent_seed)
@@ -82,22 +80,13 @@ class QLearning:
         self.env: gym.Env[Any, Any] | None = None
         if env is not None:
             self.set_env(env)
-            self.q_table = np.full(self._shape(env), float(initial_q))
-
-    @staticmethod
-    def _shape(env: gym.Env[Any, Any]) -> tuple[int, int]:
-        spaces = env.observation_space, env.action_space
-        if not (isinstance(spaces[0], gym.spaces.Discrete) and isinstance(spaces[1], gym.spaces.Discrete)):
-            raise ValueError(
-                f"a table needs Discrete spaces; this environment has {spaces[0]} and {spaces[1]}"
-            )
-        return int(spaces[0].n), int(spaces[1].n)
+            self.q_table = np.full(_shape(env), self.initial_q)
 
     def set_env(self, env: gym.Env[Any, Any]) -> None:
         """Learn in another environment of the same spaces from now on; it is reset first."""
-        if self.q_table.size and self._shape(env) != self.q_table.shape:
-            raise ValueError(f"the table is {self.q_table.shape}, the environment needs {self._shape(env)}")
-        self._shape(env)
+        shape = _shape(env)
+        if self.q_table.size and shape != self.q_table.shape:
+            raise ValueError(f"the table is {self.q_table.shape}, the environment needs {shape}")
         self.env = env
         self.observation = None
 
@@ -109,12 +98,12 @@ class QLearning:
     def learn(
         self, total_timesteps: int, callback: Callback | None = None, progress_bar: bool = False
     ) -> "QLearning":
-        """Learn from so many more decisions, going on where the last call stopped.
+        """Learn from more decisions, going on where the last call stopped.
 
         Args:
             total_timesteps: number of decisions.
-            callback: called as callback(locals, globals) every CALLBACK_INTERVAL decisions, the agent
-                standing in locals["self"]; returning False stops the learning.
+            callback: called as callback(locals, globals) every CALLBACK_INTERVAL decisions, with the agent
+                in locals["self"]; returning False stops the learning.
             progress_bar: show one.
 
         Returns:
@@ -122,31 +111,32 @@ class QLearning:
         """
         from rich.progress import track
 
-        chunks = self.start(total_timesteps)
-        loop = self._compiled_loop if self.runs_compiled() else self._plain_loop
+        self._prepare()
+        chunks = _chunks(self.num_timesteps, total_timesteps, self.CALLBACK_INTERVAL)
+        loop = self._compiled_loop if self._runs_compiled() else self._plain_loop
         for n_decisions in track(chunks, "learning", disable=not progress_bar):
             loop(n_decisions)
-            if not self.count(n_decisions, callback):
+            self.num_timesteps += n_decisions
+            if callback is not None and callback(locals(), globals()) is False:
                 break
         return self
 
-    def start(self, total_timesteps: int) -> list[int]:
-        """Get ready to learn: reset the environment, unless in mid-episode.
+    def _prepare(self) -> None:
+        """Reset the environment, unless in mid-episode, and check what compiled loops take on trust.
 
-        Returns:
-            Numbers of decisions to learn from, from one call of a callback to the next.
+        Raises:
+            ValueError: if there is no environment, or the table or the observation does not fit it.
         """
         if self.env is None:
             raise ValueError("this agent has no environment yet: call set_env first")
         if self.observation is None:
             first, _ = self.env.reset(seed=self._env_seed if self.num_timesteps == 0 else None)
-            self.observation = int(first) - self._start(self.env.observation_space)
-        return _chunks(self.num_timesteps, total_timesteps, self.CALLBACK_INTERVAL)
-
-    def count(self, n_decisions: int, callback: Callback | None) -> bool:
-        """Count decisions learned from and tell the callback; False if that stops the learning."""
-        self.num_timesteps += n_decisions
-        return callback is None or callback(locals(), globals()) is not False
+            self.observation = int(first) - _start(self.env.observation_space)
+        shape = _shape(self.env)
+        self.q_table = np.ascontiguousarray(self.q_table, dtype=np.float64)
+        if self.q_table.shape != shape:
+            raise ValueError(f"the table is {self.q_table.shape}, the environment needs {shape}")
+        self.observation = _checked_observation(self.observation, shape[0])
 
     def _plain_loop(self, n_decisions: int) -> None:
         """Eq. 12 on any environment, one step at a time."""
@@ -154,7 +144,7 @@ class QLearning:
         assert self.observation is not None
         Q, alpha, gamma, o = self.q_table, self.learning_rate, self.discount, self.observation
         rng = live_state(self.rng)
-        first_o, first_a = self._start(self.env.observation_space), self._start(self.env.action_space)
+        first_o, first_a = _start(self.env.observation_space), _start(self.env.action_space)
         for _ in range(n_decisions):
             a = greedy(Q[o], rng)
             seen, r, terminated, truncated, _ = self.env.step(a + first_a)
@@ -169,22 +159,19 @@ class QLearning:
 
     def _compiled_loop(self, n_decisions: int) -> None:
         assert self.env is not None
+        assert self.observation is not None
         crawler: Any = self.env.unwrapped
         self.observation = learn_on_crawler(
-            self.q_table, self.observation or 0, n_decisions, self.learning_rate, self.discount,
+            self.q_table, self.observation, n_decisions, self.learning_rate, self.discount,
             self.end_is_terminal, live_state(self.rng), crawler.memory, crawler.task, crawler.generator_state,
         )  # fmt: skip
 
-    def runs_compiled(self) -> bool:
+    def _runs_compiled(self) -> bool:
         """Whether the environment is the crawler itself, so that the compiled loop is the same loop."""
         env = self.env
         while isinstance(env, _TRANSPARENT_WRAPPERS):
             env = env.env
         return self.compiled and type(env) is CrawlerEnv and env.render_mode != "human"
-
-    @staticmethod
-    def _start(space: Any) -> int:
-        return int(space.start)
 
     def predict(
         self,
@@ -204,8 +191,8 @@ class QLearning:
         Returns:
             Actions of the same shape, and the state.
         """
-        start_o = self._start(self.env.observation_space) if self.env else 0
-        start_a = self._start(self.env.action_space) if self.env else 0
+        start_o = _start(self.env.observation_space) if self.env else 0
+        start_a = _start(self.env.action_space) if self.env else 0
         seen = np.asarray(observation, dtype=np.int64)
         rng = live_state(self.prediction_rng)
         chosen = [greedy(self.q_table[o - start_o], rng) + start_a for o in seen.ravel()]
@@ -213,7 +200,18 @@ class QLearning:
 
     def save(self, path: str | Path) -> None:
         """Write everything that decides the future as JSON, a crawler in mid-episode included."""
-        saving.save(self, path)
+        environment = self.env.unwrapped if self.env is not None else None
+        content = {
+            "agent": "qlearning",
+            **{name: getattr(self, name) for name in _SAVED},
+            "num_timesteps": self.num_timesteps,
+            "policy": self.policy.tolist(),
+            "q_table": self.q_table.tolist(),
+            "generators": [self.rng.bit_generator.state, self.prediction_rng.bit_generator.state],
+            "observation": self.observation,
+            "environment": environment.get_state() if isinstance(environment, CrawlerEnv) else None,
+        }
+        Path(path).write_text(json.dumps(content, indent=1) + "\n")
 
     @classmethod
     def load(cls, path: str | Path, env: gym.Env[Any, Any] | None = None) -> "QLearning":
@@ -222,7 +220,43 @@ class QLearning:
         Raises:
             ValueError: if the file holds no such agent.
         """
-        return saving.load(cls, path, env)
+        try:
+            content = {"end_is_terminal": False} | json.loads(Path(path).read_text())
+            agent = cls(None, **{name: content[name] for name in _SAVED})
+            agent.q_table = _checked_table(content["q_table"])
+            agent.num_timesteps = int(content["num_timesteps"])
+            agent.rng.bit_generator.state, agent.prediction_rng.bit_generator.state = content["generators"]
+            if env is not None:
+                agent._go_on(env, content["observation"], content["environment"])
+        except (ValueError, KeyError, TypeError, OverflowError) as error:
+            what = error if isinstance(error, ValueError) else repr(error)
+            raise ValueError(f"{path} is not a saved Q-learning agent: {what}") from None
+        return agent
+
+    def _go_on(self, env: gym.Env[Any, Any], observation: Any, snapshot: dict[str, Any] | None) -> None:
+        """Put a crawler where the saved one was; any other environment starts from a reset."""
+        self.set_env(env)
+        if snapshot is not None and isinstance(env.unwrapped, CrawlerEnv):
+            env.reset()  # wrappers want one before the first step
+            env.unwrapped.set_state(snapshot)
+            if observation is not None:
+                self.observation = _checked_observation(observation, len(self.q_table))
+
+
+def _shape(env: gym.Env[Any, Any]) -> tuple[int, int]:
+    observations, actions = env.observation_space, env.action_space
+    if not (isinstance(observations, gym.spaces.Discrete) and isinstance(actions, gym.spaces.Discrete)):
+        raise ValueError(f"a table needs Discrete spaces; this environment has {observations} and {actions}")
+    return int(observations.n), int(actions.n)
+
+
+def _start(space: Any) -> int:
+    return int(space.start)
+
+
+def _require(condition: Any, name: str, value: Any, allowed: str) -> None:
+    if not condition:
+        raise ValueError(f"{name} = {value!r} is not possible: it must be {allowed}")
 
 
 def _number(name: str, value: Any) -> float:
@@ -230,6 +264,20 @@ def _number(name: str, value: Any) -> float:
         return float(value)
     except (TypeError, ValueError):
         raise ValueError(f"{name} = {value!r} is not possible: it must be a number") from None
+
+
+def _checked_table(values: Any) -> NDArray[np.float64]:
+    table = np.array(values, dtype=np.float64)
+    if table.ndim != 2 or not table.size or not np.isfinite(table).all():
+        raise ValueError("q_table must be rows of equally many finite numbers")
+    return table
+
+
+def _checked_observation(observation: Any, n_observations: int) -> int:
+    whole = isinstance(observation, int | np.integer) and not isinstance(observation, bool)
+    fits = whole and 0 <= observation < n_observations
+    _require(fits, "observation", observation, f"a whole number from 0 to {n_observations - 1}")
+    return int(observation)
 
 
 def _chunks(done: int, total: int, interval: int) -> list[int]:

@@ -1,1 +1,1 @@
-"""Speed measurements against peers: `python -m speed`, or `make bench`; see docs/performance.md."""
+"""Speed measurements against peers and against a clock: `make speed`; see docs/performance.md."""

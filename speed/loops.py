@@ -1,15 +1,15 @@
 """Compiled loops around what is measured, so that Python takes no part in it.
 
-They call nothing of this package but what stands in this file: numba's cache would miss an edit elsewhere.
+They call nothing of this package but what is in this file: numba's cache would miss an edit elsewhere.
 """
 
 import numpy as np
 from numpy.typing import NDArray
 
 from crawler_bench.envs.randomness import State
-from crawler_bench.envs.transition import RUNNING, Packed, begin, decide
-from crawler_bench.physics.compilation import kernel
-from crawler_bench.physics.layout import Memory
+from crawler_bench.envs.transition import Packed, begin, decide
+from crawler_bench.physics.compiled import kernel
+from crawler_bench.physics.state import Memory
 
 Array = NDArray[np.float64]
 
@@ -19,9 +19,9 @@ def solve_tridiagonal(lower: Array, diagonal: Array, upper: Array, sides: Array,
     """Solve a general tridiagonal system by the Thomas algorithm, again and again.
 
     Args:
-        lower: (n,) below the diagonal; entry 0 means nothing.
+        lower: (n,) below the diagonal; entry 0 is not read.
         diagonal: (n,).
-        upper: (n,) above the diagonal; the last entry means nothing.
+        upper: (n,) above the diagonal; the last entry does not matter.
         sides: (m, n) right-hand sides, taken in turn.
         n_solves: how many.
 
@@ -46,43 +46,16 @@ def solve_tridiagonal(lower: Array, diagonal: Array, upper: Array, sides: Array,
 
 
 @kernel
-def crawl(memory: Memory, task: Packed, actions: NDArray[np.int64], rng: State, n_decisions: int) -> int:
-    """Decide again and again.
+def replay(memory: Memory, task: Packed, actions: NDArray[np.int64], rng: State, n_rounds: int) -> None:
+    """Take a fixed sequence of actions from rest, again and again.
 
     Args:
-        memory: of one crawler, see physics/layout.py.
+        memory: of one crawler.
         task: its task.
-        actions: taken in turn; none for action = observation, the diagonal policy.
+        actions: (n,) one per decision.
         rng: breaks ties.
-        n_decisions: how many.
-
-    Returns:
-        The last observation.
+        n_rounds: how often.
     """
-    observation = begin(memory, task, rng)
-    for i in range(n_decisions):
-        action = actions[i % actions.size] if actions.size > 0 else observation
-        made = decide(memory, action, task, rng)
-        observation = made.observation
-        if made.end != RUNNING:
-            observation = begin(memory, task, rng)
-    return observation
-
-
-@kernel
-def record_diagonal(memory: Memory, task: Packed, rng: State, n_decisions: int) -> NDArray[np.int64]:
-    """The actions that the diagonal policy, action = observation, takes from rest, (n_decisions,)."""
-    actions = np.empty(n_decisions, dtype=np.int64)
-    observation = begin(memory, task, rng)
-    for i in range(n_decisions):
-        actions[i] = observation
-        observation = decide(memory, observation, task, rng).observation
-    return actions
-
-
-@kernel
-def replay(memory: Memory, task: Packed, actions: NDArray[np.int64], rng: State, n_rounds: int) -> None:
-    """A fixed sequence of actions, from rest, again and again."""
     for _ in range(n_rounds):
         begin(memory, task, rng)
         for action in actions:

@@ -6,12 +6,11 @@ measured in turns, A B A B, mean anything. Times are CPU times of this process w
 
 import time
 from collections.abc import Callable
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
+from math import nan
 from statistics import median
-from typing import Any
 
-Work = Callable[[int], object]  # does so many units
-MAKES_NO_SENSE = float("nan")
+Work = Callable[[int], object]  # makes that number of calls
 
 
 @dataclass(frozen=True)
@@ -20,21 +19,17 @@ class Effort:
 
     seconds: float  # of one measurement
     repeats: int  # of each pair
-    quick: bool  # whether learning and scaling are cut down, to see that all works
-
-    @property
-    def learning_rounds(self) -> int:
-        """Repeats of a pair of learners, which take seconds each."""
-        return 2 if self.quick else self.repeats
+    decisions: int  # in a replayed sequence of actions
+    quick: bool  # whether sizes are left out and learning is cut short
 
 
-FULL = Effort(seconds=0.3, repeats=7, quick=False)
-QUICK = Effort(seconds=0.01, repeats=5, quick=True)
+FULL = Effort(seconds=0.3, repeats=7, decisions=5000, quick=False)
+QUICK = Effort(seconds=0.002, repeats=3, decisions=100, quick=True)
 
 
 @dataclass(frozen=True)
 class Side:
-    """One of a pair: `work(n)` does n calls of `units` units each."""
+    """One side of a pair: `work(n)` makes n calls of `units` units each."""
 
     name: str
     work: Work
@@ -42,28 +37,37 @@ class Side:
 
 
 @dataclass(frozen=True)
-class Row:
-    """A pair as a row of results/performance/ratios.csv; speeds are medians, units per second."""
+class Measurement:
+    """One row of results/speed/measurements.csv."""
 
+    kind: str  # which table it belongs to: ratio, segments, batch, learning or value
     what: str
-    peer: str
-    unit: str
-    per_second: float
-    peer_per_second: float
-    ratio: float
-    ratio_min: float
-    ratio_max: float
-    repeats: int
-    goal: float
-    note: str = ""
+    value: float  # of a ratio the median over repeats
+    unit: str  # of the value; of a ratio what both sides are counted in
+    against: str = ""  # the peer of a ratio
+    size: int | None = None  # segments, or crawlers in a batch
+    low: float = nan  # of the ratio over repeats
+    high: float = nan
+    per_second: float = nan  # units per second of `what`, median over repeats
+    at_least: float = nan  # the goal, NaN for none
+    at_most: float = nan
 
-    def as_dict(self) -> dict[str, Any]:
-        """The row by column."""
-        return asdict(self)
+    @property
+    def goal_met(self) -> bool:
+        """False if there is a goal and the value, or a value that is no number, does not reach it."""
+        low_enough = self.at_most != self.at_most or self.value <= self.at_most
+        return low_enough and (self.at_least != self.at_least or self.value >= self.at_least)
+
+    def describe(self) -> str:
+        """What was measured, its value and its goal in one line."""
+        goal = f">= {self.at_least:g}" if self.at_least == self.at_least else f"<= {self.at_most:g}"
+        size = f", {self.size}" if self.size else ""
+        against = f" against {self.against}" if self.against else f" ({self.unit})"
+        return f"{self.what}{size}{against}: {self.value:.3g}, to be {goal}"
 
 
 def calls_for(work: Work, seconds: float) -> int:
-    """How many calls take so long; the first ones, which compile and fill caches, do not count."""
+    """How many calls take that long; the first call, which compiles and fills caches, does not count."""
     work(1)
     calls = 1
     while True:
@@ -76,48 +80,39 @@ def calls_for(work: Work, seconds: float) -> int:
 
 
 def speed(side: Side, calls: int) -> float:
-    """Units per second."""
+    """Units per second of CPU time."""
     start = time.process_time()
     side.work(calls)
     return calls * side.units / (time.process_time() - start)
 
 
-def compare(
-    ours: Side, peer: Side, unit: str, effort: Effort, goal: float = MAKES_NO_SENSE, note: str = ""
-) -> Row:
+def compare(ours: Side, peer: Side, unit: str, effort: Effort, at_least: float = nan) -> Measurement:
     """Measure a pair in turns.
 
     Args:
         ours: what is to be fast.
         peer: what it is held against.
-        unit: of which each does so many a second.
+        unit: what both sides are counted in.
         effort: how long.
-        goal: ratio that is aimed at; NaN if none is.
-        note: anything to know.
+        at_least: the ratio to reach; NaN for no goal.
     """
     calls = [calls_for(side.work, effort.seconds) for side in (ours, peer)]
     pairs = [(speed(ours, calls[0]), speed(peer, calls[1])) for _ in range(effort.repeats)]
-    return summarize(ours.name, peer.name, unit, pairs, goal, note)
+    return summarize(ours.name, peer.name, unit, pairs, at_least)
 
 
 def summarize(
-    what: str, peer: str, unit: str, pairs: list[tuple[float, float]], goal: float, note: str = ""
-) -> Row:
-    """A row from the speeds of both sides, repeat by repeat."""
-    ratios = [mine / other for mine, other in pairs]
-    return Row(
-        what, peer, unit, median(mine for mine, _ in pairs), median(other for _, other in pairs),
-        median(ratios), min(ratios), max(ratios), len(pairs), goal, note,
+    what: str, against: str, unit: str, pairs: list[tuple[float, float]], at_least: float = nan
+) -> Measurement:
+    """A ratio from the speeds of both sides, repeat by repeat."""
+    ratios = [ours / peer for ours, peer in pairs]
+    return Measurement(
+        "ratio", what, median(ratios), unit, against, low=min(ratios), high=max(ratios),
+        per_second=median(ours for ours, _ in pairs), at_least=at_least,
     )  # fmt: skip
 
 
-def missing(what: str, peer: str, unit: str, reason: str) -> Row:
-    """The row of a pair of which one side is not installed."""
-    nothing = MAKES_NO_SENSE
-    return Row(what, peer, unit, nothing, nothing, nothing, nothing, nothing, 0, nothing, reason)
-
-
-def median_speed(side: Side, effort: Effort) -> float:
-    """Units per second of something without a peer."""
+def seconds_per_unit(side: Side, effort: Effort) -> float:
+    """Seconds that a unit of something without a peer takes, median over repeats."""
     calls = calls_for(side.work, effort.seconds)
-    return median(speed(side, calls) for _ in range(effort.repeats))
+    return 1.0 / median(speed(side, calls) for _ in range(effort.repeats))

@@ -1,5 +1,8 @@
-"""The physics: one step against one linear solve, one integrator against the other, batches against one."""
+"""The physics: the exact integrator against a linear solve and against steps of dt, and what sizes cost."""
 
+import tracemalloc
+from collections.abc import Callable
+from math import nan
 from typing import Any
 
 import gymnasium as gym
@@ -7,104 +10,143 @@ import numpy as np
 from numpy.typing import NDArray
 
 import crawler_bench
+from crawler_bench.envs.batch import CrawlerBatch
+from crawler_bench.envs.crawler import CrawlerEnv
 from crawler_bench.envs.randomness import live_state
 from crawler_bench.envs.transition import make_task
-from crawler_bench.physics.layout import make_memory
-from speed.crawlers import (
-    NO_ACTIONS,
-    body,
-    compiled_crawl,
-    crawling_batch,
-    diagonal_actions,
-    random_actions,
-)
+from crawler_bench.physics.parameters import CrawlerParameters
+from crawler_bench.physics.state import make_memory
 from speed.loops import replay, solve_tridiagonal
-from speed.measure import Effort, Row, Side, compare
+from speed.measure import Effort, Measurement, Side, compare, seconds_per_unit
 
-STEPS_PER_SOLVE = 0.5
+EXACT_OVER_SOLVE = 2.0
 EXACT_OVER_STEPPED = 4.0
-BATCH_OVER_ONE = 4.0
+SEGMENTS = (2, 5, 10, 20, 50, 100, 200, 500, 1000)
+LONG = 50  # segments from which on their number alone decides the cost
+EXPONENT = 1.1
+SIZES = (1, 4, 16, 64, 256, 1024, 4096)
+BYTES = 16 * 1024  # of one crawler
 BATCH = 256
-STEPS = body("step").steps_per_decision  # in a decision
-ONE_STEPPED = "one crawler in steps of dt"
-STEP_UNIT = "steps of dt, or the time they take"
+STEPS = CrawlerParameters().steps_per_decision
+STEP_UNIT = "steps of dt, or the time they take, solves"
+Actions = NDArray[np.int64]
 
 
-def against_solve(effort: Effort) -> list[Row]:
-    """Steps of a whole crawler against general tridiagonal solves of its size."""
-    return [
-        compare(
-            Side(f"step of a crawler, {name}", compiled_crawl(body("step"), actions), STEPS),
-            _solver(), "steps, solves", effort, STEPS_PER_SOLVE,
-        )
-        for name, actions in _SEQUENCES
-    ]  # fmt: skip
+def random_actions(n_decisions: int, n_segments: int = 10) -> Actions:
+    """A fixed sequence of random actions."""
+    return np.random.default_rng(0).integers(n_segments, size=n_decisions)
 
 
-def exact_against_solve(effort: Effort) -> list[Row]:
-    """The exact integrator against the same solves; the goal is the product of the two goals around it."""
-    crawlers = [
-        Side(f"crawler, exact, {name}", compiled_crawl(body("exact"), actions), STEPS)
-        for name, actions in _SEQUENCES
-    ]
-    batch = Side(f"batch of {BATCH}, exact", crawling_batch(body("exact"), BATCH), float(BATCH * STEPS))
-    goal = STEPS_PER_SOLVE * EXACT_OVER_STEPPED
-    return [compare(ours, _solver(), f"{STEP_UNIT}, solves", effort, goal) for ours in (*crawlers, batch)]
+def diagonal_actions(n_decisions: int) -> Actions:
+    """What the diagonal policy, action = observation, does from rest, recorded."""
+    env = gym.make(crawler_bench.ENV_ID, time_limit=1e9, episode_distance=1e9)
+    actions = [int(env.reset(seed=0)[0])]
+    while len(actions) < n_decisions:
+        actions.append(int(env.step(actions[-1])[0]))
+    return np.array(actions)
 
 
-_SEQUENCES = (("diagonal policy", NO_ACTIONS), ("random actions", random_actions()))
+def sequences(effort: Effort) -> dict[str, Actions]:
+    """The two sequences of actions that everything is measured on: few events per decision, and many."""
+    return {
+        "recorded diagonal actions": diagonal_actions(effort.decisions),
+        "random actions": random_actions(effort.decisions),
+    }
 
 
-def _solver() -> Side:
+def exact_against_solve(effort: Effort) -> list[Measurement]:
+    """One crawler, and a batch, against general tridiagonal solves with as many unknowns."""
     rng = np.random.default_rng(0)
     n = 11
     lower, upper = rng.uniform(0.5, 1.0, (2, n))
     diagonal, sides = rng.uniform(2.5, 3.0, n), rng.standard_normal((1024, n))
-    return Side(
+    solver = Side(
         f"general tridiagonal solve, n = {n}", lambda m: solve_tridiagonal(lower, diagonal, upper, sides, m)
     )
+    crawlers = [
+        Side(f"crawler, exact, {name}", _replayed("exact", actions), float(STEPS * actions.size))
+        for name, actions in sequences(effort).items()
+    ]
+    batch = Side(f"batch of {BATCH}, exact", _crawling_batch(BATCH), float(BATCH * STEPS))
+    return [compare(ours, solver, STEP_UNIT, effort, EXACT_OVER_SOLVE) for ours in (*crawlers, batch)]
 
 
-def exact_against_stepped(effort: Effort) -> list[Row]:
+def exact_against_stepped(effort: Effort) -> list[Measurement]:
     """Both integrators on the same sequences of actions."""
-    n = 500 if effort.quick else None
-    sequences = {"recorded diagonal actions": diagonal_actions(), "random actions": random_actions()}
     return [
         compare(
-            Side(f"decision, exact, {name}", *_replayed("exact", actions[:n])),
-            Side("in steps of dt", *_replayed("step", actions[:n])),
+            Side(f"decision, exact, {name}", _replayed("exact", actions), float(actions.size)),
+            Side("decision in steps of dt", _replayed("step", actions), float(actions.size)),
             "decisions", effort, EXACT_OVER_STEPPED,
         )
-        for name, actions in sequences.items()
+        for name, actions in sequences(effort).items()
     ]  # fmt: skip
 
 
-def _replayed(integrator: str, actions: NDArray[np.int64]) -> tuple[Any, float]:
-    parameters = body(integrator)
-    memory, task = make_memory(parameters.n_segments), make_task(parameters)
+def _replayed(integrator: str, actions: Actions, n_segments: int = 10) -> Callable[[int], Any]:
+    """A function of the number of rounds, each of which takes all actions from rest."""
+    parameters = CrawlerParameters(integrator=integrator, n_segments=n_segments)
+    memory, task = make_memory(n_segments), make_task(parameters)
     rng = np.random.default_rng(0)
-    return lambda n: replay(memory, task, actions, live_state(rng), n), float(actions.size)
+    return lambda n_rounds: replay(memory, task, actions, live_state(rng), n_rounds)
 
 
-def batch_against_one(effort: Effort) -> list[Row]:
-    """Simulated time of batches against that of a single stepped crawler."""
-    units = float(BATCH * STEPS)
-    one = Side(ONE_STEPPED, compiled_crawl(body("step"), NO_ACTIONS), STEPS)
-    rows = []
-    for integrator in ("exact", "step"):
-        batch = Side(f"batch of {BATCH}, {integrator}", crawling_batch(body(integrator), BATCH), units)
-        rows.append(compare(batch, one, STEP_UNIT, effort, BATCH_OVER_ONE))
-        vector = Side(f"gym.make_vec of {BATCH}, {integrator}", _vector(integrator), units)
-        rows.append(compare(vector, one, STEP_UNIT, effort))
-    return rows
-
-
-def _vector(integrator: str) -> Any:
-    env = gym.make_vec(crawler_bench.ENV_ID, num_envs=BATCH, parameters=body(integrator))
-    seen: list[Any] = [env.reset(seed=0)[0]]
+def _crawling_batch(size: int) -> Callable[[int], None]:
+    """A function of the number of calls, in each of which every crawler decides by the diagonal policy."""
+    batch = CrawlerBatch(CrawlerParameters(), size)
+    batch.seed(range(size))
+    batch.begin()
 
     def work(n_calls: int) -> None:
         for _ in range(n_calls):
-            seen[0] = env.step(seen[0])[0]
+            if batch.decide(batch.observation):
+                batch.begin_ended()
 
     return work
+
+
+def against_segments(effort: Effort) -> list[Measurement]:
+    """Seconds of a decision with random actions over the number of segments, and the power it grows with."""
+    sizes = np.array(SEGMENTS[2::2] if effort.quick else SEGMENTS)
+    rows = []
+    for integrator in ("step", "exact"):
+        costs = []
+        for n in sizes.tolist():
+            actions = random_actions(effort.decisions, n)
+            side = Side("", _replayed(integrator, actions, n), float(actions.size))
+            costs.append(seconds_per_unit(side, effort))
+            rows.append(Measurement("segments", integrator, costs[-1], "seconds", size=n))
+        name = f"exponent of the cost against N, {integrator}"
+        for which, chosen, goal in ((f"N >= {LONG}", sizes >= LONG, EXPONENT), ("all N", sizes > 0, nan)):
+            power = np.polyfit(np.log(sizes[chosen]), np.log(np.array(costs)[chosen]), 1)[0]
+            rows.append(Measurement("value", f"{name}, {which}", float(power), "", at_most=goal))
+    return rows
+
+
+def against_batch(effort: Effort) -> list[Measurement]:
+    """Seconds of one crawler's decision over the number of crawlers in the batch."""
+    sizes = SIZES[::2] if effort.quick else SIZES
+    sides = [Side("", _crawling_batch(size), float(size)) for size in sizes]
+    costs = [seconds_per_unit(side, effort) for side in sides]
+    return [
+        Measurement("batch", "exact", cost, "seconds", size=size)
+        for size, cost in zip(sizes, costs, strict=True)
+    ]
+
+
+def memory(_: Effort) -> list[Measurement]:
+    """Bytes that a crawler with N = 10 keeps for itself."""
+    size = 1000
+    batch = CrawlerBatch(CrawlerParameters(), size)
+    arrays = sum(value.nbytes for value in vars(batch).values() if isinstance(value, np.ndarray))
+    CrawlerEnv().reset(seed=0)  # what is loaded once belongs to no crawler
+    tracemalloc.start()
+    envs = [CrawlerEnv() for _ in range(100)]
+    for env in envs:
+        env.reset(seed=0)
+    single = tracemalloc.get_traced_memory()[0] / len(envs)
+    tracemalloc.stop()
+    return [
+        Measurement("value", "memory of a crawler in a batch", arrays / size, "bytes", at_most=BYTES),
+        Measurement("value", "memory of a CrawlerEnv", single, "bytes", at_most=BYTES),
+    ]

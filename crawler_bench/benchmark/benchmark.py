@@ -7,7 +7,7 @@ fits the table.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -15,9 +15,10 @@ import numpy as np
 import pandas as pd
 
 from crawler_bench.benchmark.keys import LEARNER, MODES, RUN, action_columns
-from crawler_bench.config.schema import ConfigError, Experiment, override
+from crawler_bench.config.schema import ConfigError, Experiment, RunConfig, override
 from crawler_bench.runs.evaluation import read_evaluation
-from crawler_bench.runs.sweep import Cell, Outcome, read_outcomes, run_cells
+from crawler_bench.runs.results import read_outcomes
+from crawler_bench.runs.sweep import Outcome, require_success, run_cells, run_experiments
 
 REGULARIZATION = "environment.regularization"
 WINDOWS = 64  # of a learning curve, or one fewer than the points that were recorded
@@ -54,14 +55,15 @@ def run_benchmark(entries: Sequence[Experiment], runs_root: Path, *, jobs: int, 
     Raises:
         RuntimeError: if no run at all succeeded.
     """
-    cells = [Cell(entry.name, config, seed) for entry in entries for config, seed in entry.runs()]
-    found = {}
-    for mode in MODES:
-        # The second mode finds the runs trained, and skips what failed in the first: it would fail again.
-        found[mode] = run_cells([in_mode(cell, mode) for cell in cells], runs_root, jobs=jobs, quiet=quiet)
-        if all(outcome.error for outcome in found[mode]):
-            raise RuntimeError(f"all {len(cells)} runs failed; the first: {found[mode][0].error}")
-        cells = [cell for cell, outcome in zip(cells, found[mode], strict=True) if not outcome.error]
+    first, second = MODES
+    entries = [entry.model_copy(update={"run": in_mode(entry.run, first)}) for entry in entries]
+    found = {first: run_experiments(entries, runs_root, jobs=jobs, quiet=quiet)}
+    require_success(found[first])
+    # The second mode finds the runs trained. What failed once is not tried again: it would fail again.
+    trained = [outcome.cell for outcome in found[first] if not outcome.error]
+    again = [replace(cell, config=in_mode(cell.config, second)) for cell in trained]
+    found[second] = run_cells(again, runs_root, jobs=jobs, quiet=quiet)
+    require_success(found[second])
     return collect(found)
 
 
@@ -90,9 +92,9 @@ def require_comparable(entries: Sequence[Experiment]) -> None:
                 )
 
 
-def in_mode(cell: Cell, mode: str) -> Cell:
+def in_mode(run: RunConfig, mode: str) -> RunConfig:
     """The same run, evaluated in a mode."""
-    return Cell(cell.experiment, override(cell.config, {"evaluation.mode": mode}, cell.experiment), cell.seed)
+    return override(run, {"evaluation.mode": mode}, mode)
 
 
 def collect(found: dict[str, list[Outcome]]) -> Benchmark:

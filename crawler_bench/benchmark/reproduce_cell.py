@@ -12,10 +12,10 @@ from crawler_bench.benchmark.cell_hash import Hasher
 from crawler_bench.benchmark.keys import GROUP, RUN, select
 from crawler_bench.benchmark.summary import summarize_benchmark
 from crawler_bench.config.files import load_experiment
-from crawler_bench.config.schema import override
+from crawler_bench.config.schema import Experiment, override
 from crawler_bench.output.csv_files import read_csv, rounded
 from crawler_bench.runs.store import NotARunError
-from crawler_bench.runs.sweep import Cell, run_cells
+from crawler_bench.runs.sweep import run_experiments
 
 
 def reproduce(folder: Path, hash_: str, *, jobs: int, quiet: bool) -> pd.DataFrame:
@@ -43,11 +43,11 @@ def reproduce(folder: Path, hash_: str, *, jobs: int, quiet: bool) -> pd.DataFra
     key = {name: row[name] for name in GROUP}
     finished = select(runs, **key)["seed"]  # not the seeds that failed
     seeds = [int(row["seed"])] if of_run else finished.astype(int).tolist()
-    cells = [in_mode(Cell(entry.name, run, seed), str(row["mode"])) for seed in seeds]
+    experiment = Experiment(name=entry.name, run=in_mode(run, str(row["mode"])), seeds=seeds)
     with tempfile.TemporaryDirectory() as fresh:
-        outcomes = run_cells(cells, Path(fresh), jobs=jobs, quiet=quiet)
+        outcomes = run_experiments([experiment], Path(fresh), jobs=jobs, quiet=quiet)
         if failed := [outcome.error for outcome in outcomes if outcome.error]:
-            raise RuntimeError(f"{len(failed)} of {len(cells)} runs failed; the first: {failed[0]}")
+            raise RuntimeError(f"{len(failed)} of {len(outcomes)} runs failed; the first: {failed[0]}")
         new_runs, new_evaluations, _ = measured(outcomes, str(row["mode"]))
         new_curves = learning_curves(outcomes)
     if of_run:

@@ -1,5 +1,6 @@
 """Write results/benchmark/: tidy CSVs, tables, figures, trained policies, and the cost of all runs."""
 
+import itertools
 import json
 import time
 from collections.abc import Callable, Sequence
@@ -25,6 +26,7 @@ from crawler_bench.output.csv_files import read_csv, rounded, write_csv
 from crawler_bench.runs import store
 from crawler_bench.runs.evaluation import read_evaluation
 from crawler_bench.runs.policy_files import Policy, write_policy
+from crawler_bench.runs.results import typical_run
 from crawler_bench.runs.sweep import Outcome
 from crawler_bench.runs.training import agent_file
 from crawler_bench.statistics.estimates import Array
@@ -110,26 +112,28 @@ def _write_entries(entries: Sequence[Experiment], folder: Path) -> None:
 
 
 def _representatives(found: Benchmark) -> dict[Group, Outcome]:
-    """For every agent, mode and regularization the run in the middle by reward."""
+    """The run to show for every agent, mode and regularization."""
     shown = {}
     groups: Any = found.runs.groupby(GROUP)
     for (agent, mode, regularization), rows in groups:
-        ranked = rows.sort_values(["reward", "seed"])
-        learner = (agent, regularization, int(ranked.iloc[(len(ranked) - 1) // 2]["seed"]))
-        # An agent with one table has one mode, whatever its name.
-        one_mode = select(found.runs, agent=agent)["mode"].nunique() == 1
-        shown[agent, mode, regularization] = next(
+        candidates = [
             each
-            for outcomes in found.outcomes.values()
-            for each in outcomes
-            if learner_of(each) == learner and each.evaluation is not None
-            and (one_mode or each.cell.config.evaluation.mode == mode)
-        )  # fmt: skip
+            for each in itertools.chain(*found.outcomes.values())
+            if (each.cell.experiment, each.cell.config.environment.regularization) == (agent, regularization)
+            and _is_mode(found, agent, mode, each)
+        ]
+        shown[agent, mode, regularization] = typical_run(rows, candidates)
     return shown
 
 
+def _is_mode(found: Benchmark, agent: str, mode: str, outcome: Outcome) -> bool:
+    """Whether an outcome was evaluated in a mode; an agent with one table has one mode, whatever its name."""
+    one_mode = select(found.runs, agent=agent)["mode"].nunique() == 1
+    return one_mode or outcome.cell.config.evaluation.mode == mode
+
+
 def _write_policies(found: Benchmark, shown: dict[Group, Outcome], folder: Path) -> None:
-    """Write one representative run of every agent and regularization, with its tables in all modes."""
+    """Write the run to show for every agent and regularization, with its tables in all modes."""
     folder.mkdir()
     probabilities = action_columns(found.tables)
     written = set()

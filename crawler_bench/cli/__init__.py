@@ -19,6 +19,7 @@ app.command()(benchmark.benchmark)
 app.command("reproduce-cell")(benchmark.reproduce_cell)
 app.command("list")(installation.list_)
 app.command()(installation.doctor)
+app.command()(installation.warmup)
 
 
 def main() -> None:

@@ -1,22 +1,22 @@
 """The commands that compare agents: benchmark, reproduce-cell, tune."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from crawler_bench.cli.console import console, print_frame, teller
+from crawler_bench.cli.console import console, logger, print_frame
 from crawler_bench.cli.options import (
     RUNS,
     Jobs,
     Preset,
+    PresetOption,
     Quiet,
     Runs,
     Seeds,
     Set,
-    agent_spec,
-    agents_package,
     require_ours,
+    resized,
 )
 
 if TYPE_CHECKING:
@@ -27,22 +27,20 @@ SIDE_BY_SIDE = 8  # crawlers that an added agent of Stable-Baselines3 learns fro
 
 
 def benchmark(
-    preset: Annotated[
-        Preset, typer.Option(help="full: as committed; smoke: small, to see that all works.")
-    ] = Preset.full,
+    preset: PresetOption = Preset.paper,
     agent: Annotated[
         list[str] | None,
         typer.Option(help="Also compare this one: a registered agent, module:Class, or a YAML file."),
     ] = None,
     only: Annotated[
-        list[str] | None, typer.Option(help="Of configs/bench, only this entry; may be repeated.")
+        list[str] | None, typer.Option(help="Only this entry of configs/benchmark; may be repeated.")
     ] = None,
     seeds: Seeds = None,
     set_: Set = None,
     out: Annotated[
         Path | None,
         typer.Option(
-            help="Default results/benchmark, with any other option results/benchmark-PRESET or -changed."
+            help="Default results/benchmark, with any other option results/benchmark-smoke or -changed."
         ),
     ] = None,
     runs: Runs = RUNS,
@@ -57,11 +55,11 @@ def benchmark(
     from crawler_bench.benchmark.results import overview, write_benchmark
 
     entries = _entries(preset, only or [], agent or [], seeds, set_ or [])
-    changed = "-changed" if seeds or set_ or agent or only else "" if preset is Preset.full else "-smoke"
+    changed = "-changed" if seeds or set_ or agent or only else "" if preset is Preset.paper else "-smoke"
     folder = out or RESULTS.with_name(RESULTS.name + changed)
     require_ours(folder, "benchmark", "summary.csv")
     found = run_benchmark(entries, runs, jobs=jobs, quiet=quiet)
-    say = teller(quiet)
+    say = logger(quiet)
     facts = write_benchmark(found, entries, folder, say=say)
     print_frame(overview(folder))
     console.print(f"{facts}\nWritten to {folder}: tables, figures, runs.csv, policies.", soft_wrap=True)
@@ -93,6 +91,7 @@ def reproduce_cell(
 
 def tune(
     agent: Annotated[str, typer.Argument(help="Name in configs/tuning, or a YAML file like those.")],
+    preset: PresetOption = Preset.paper,
     set_: Set = None,
     out: Annotated[
         Path, typer.Option(help="Folder for the trials (CSV) and the best settings (YAML).")
@@ -102,16 +101,14 @@ def tune(
     quiet: Quiet = False,
 ) -> None:
     """Search an agent's settings with Optuna; interrupted, the same command goes on."""
-    from crawler_bench.config.files import config_folder, load_tuning, parse_assignments
+    from crawler_bench.config.files import config_folder, load_tuning
     from crawler_bench.config.schema import to_yaml
     from crawler_bench.output.csv_files import write_csv
     from crawler_bench.runs.tuning import tune as search
 
     path = Path(agent) if agent.endswith((".yaml", ".yml")) else config_folder() / "tuning" / f"{agent}.yaml"
-    tuning = load_tuning(path, parse_assignments(set_ or []))
-    run = tuning.run.model_copy(update={"agent": agent_spec(tuning.run.agent)})
-    tuning = tuning.model_copy(update={"run": run})
-    best, trials = search(tuning, runs, jobs=jobs, quiet=quiet, say=teller(quiet))
+    tuning = resized(load_tuning(path), "tuning", preset, set_)
+    best, trials = search(tuning, runs, jobs=jobs, quiet=quiet, say=logger(quiet))
     out.mkdir(parents=True, exist_ok=True)
     write_csv(trials, out / f"{tuning.name}.csv")
     (out / f"{tuning.name}.yaml").write_text(to_yaml(best))
@@ -121,58 +118,31 @@ def tune(
 def _entries(
     preset: Preset, only: list[str], added: list[str], seeds: str | None, set_: list[str]
 ) -> "list[Experiment]":
-    """What is compared: configs/bench, or part of it, and what the user adds; sized by the preset."""
+    """What is compared: configs/benchmark, or part of it, and what the user adds; sized by the preset."""
     from crawler_bench.benchmark.benchmark import require_comparable
-    from crawler_bench.config.files import (
-        config_folder,
-        load_entry,
-        load_experiment,
-        load_overrides,
-        parse_assignments,
-    )
-    from crawler_bench.config.schema import ConfigError, nearest, parse_seeds
+    from crawler_bench.config.files import config_folder, load_experiment
+    from crawler_bench.config.schema import ConfigError, nearest
 
-    known = {path.stem: path for path in sorted((config_folder() / "bench").glob("*.yaml"))}
+    known = {path.stem: path for path in sorted((config_folder() / "benchmark").glob("*.yaml"))}
     for name in only:
         if name not in known:
             raise ConfigError(f"--only {name}: no such entry{nearest(name, list(known))}")
     template = load_experiment(known["qlearning"])
+    budget = {"decisions": template.run.decisions, "seeds": template.seeds, "grid": template.grid}
     entries = [load_experiment(path) for name, path in known.items() if not only or name in only]
     entries += [
-        load_entry(Path(name), template) if name.endswith((".yaml", ".yml")) else _added(name, template)
+        load_experiment(Path(name), budget) if name.endswith((".yaml", ".yml")) else _added(name, template)
         for name in added
     ]
-    small = load_overrides(config_folder() / "benchmark-smoke.yaml") if preset is Preset.smoke else {}
-    small_seeds = small.pop("seeds", None)
-    chosen = seeds or small_seeds
-    own_seeds = parse_seeds(chosen) if chosen is not None else None
-    sized = [_sized(entry, own_seeds, small | parse_assignments(set_)) for entry in entries]
+    sized = [resized(entry, "benchmark", preset, set_, seeds) for entry in entries]
     require_comparable(sized)
     return sized
 
 
-def _sized(entry: "Experiment", seeds: tuple[int, ...] | None, overrides: dict[str, Any]) -> "Experiment":
-    """An entry with other seeds and values; a value that its grid varies is no longer varied."""
-    from crawler_bench.config.schema import override
-
-    # What learns nothing has no number of decisions to change.
-    mine = {key: value for key, value in overrides.items() if entry.run.decisions or key != "decisions"}
-    grid = dict(entry.grid)
-    for varied in entry.grid:
-        for key in (varied, varied.rpartition(".")[2]):
-            if key in mine:
-                value = mine.pop(key)
-                grid[varied] = tuple(value) if isinstance(value, list) else (value,)
-    run = override(entry.run, {"agent": agent_spec(entry.run.agent)} | mine, entry.name)
-    update: dict[str, Any] = {"run": run, "grid": grid} | ({"seeds": seeds} if seeds else {})
-    return entry.model_copy(update=update)
-
-
 def _added(name: str, template: "Experiment") -> "Experiment":
     """An entry for an agent that has none: the budget of all, its own defaults."""
-    spec = agent_spec(name)
-    kinds = (base.__module__ for base in agents_package().agent_class(spec).__mro__)
-    deep = any(kind.startswith("stable_baselines3") for kind in kinds)
-    update: dict[str, Any] = {"agent": spec, "settings": {}, "crawlers": SIDE_BY_SIDE if deep else 1}
-    short = name if ":" not in name else spec.rpartition(":")[2].lower()
-    return template.model_copy(update={"name": short, "run": template.run.model_copy(update=update)})
+    from crawler_bench.runs.agent import agent_class, is_stable_baselines
+
+    crawlers = SIDE_BY_SIDE if is_stable_baselines(agent_class(name)) else 1
+    run = template.run.model_copy(update={"agent": name, "settings": {}, "crawlers": crawlers})
+    return template.model_copy(update={"name": name.rpartition(":")[2].lower(), "run": run})

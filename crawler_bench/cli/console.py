@@ -25,7 +25,7 @@ def _wide_console() -> Console:
 
 
 def print_claims(claims: "pd.DataFrame") -> None:
-    """Print claims with their verdicts, and how many fare how."""
+    """Print claims with their verdicts, and how many there are of each verdict."""
     from crawler_bench.output.cells import format_interval, format_number
     from crawler_bench.paper.tables import verdict_counts
 
@@ -57,14 +57,14 @@ def print_frame(frame: "pd.DataFrame") -> None:
     wide.print(table)
 
 
-def teller(quiet: bool) -> Callable[[str], None]:
-    """A function that tells what is going on, or keeps quiet."""
+def logger(quiet: bool) -> Callable[[str], None]:
+    """A function that prints notes on standard error, or none."""
     return (lambda text: None) if quiet else (lambda text: notes.print(text, markup=False))
 
 
 @contextlib.contextmanager
 def one_line_errors() -> Iterator[None]:
-    """Turn what a user can mend into one line and a non-zero exit; a bug keeps its traceback.
+    """Turn what a user can fix into one line and a non-zero exit; a bug keeps its traceback.
 
     With CRAWLER_BENCH_DEBUG set, every error keeps it.
     """

@@ -1,4 +1,4 @@
-"""What can be wrong with an installation, and how to mend it."""
+"""What can be wrong with an installation, and how to fix it."""
 
 import shutil
 import sys
@@ -21,27 +21,23 @@ class Check:
     Attributes:
         what: the thing.
         found: what was found.
-        well: whether that will do.
-        mend: what to do if not.
+        ok: whether that will do.
+        fix: what to do if not.
     """
 
     what: str
     found: str
-    well: bool = True
-    mend: str = ""
+    ok: bool = True
+    fix: str = ""
 
 
-def checks(find_agents: Callable[[], Any]) -> Iterator[Check]:
-    """Look at everything, one check after the other.
-
-    Args:
-        find_agents: imports our package `agents`, or raises a ValueError.
-    """
+def checks() -> Iterator[Check]:
+    """Look at everything, one check after the other."""
     found = sys.version.split()[0]
     yield Check("python", found, sys.version_info >= LEAST_PYTHON, "install Python 3.11 or newer")
     for name in (*PACKAGES, *LEARNERS):
         yield _import(name)
-    yield _attempt("agents", lambda: find_agents().__file__, "see the message")
+    yield _attempt("agents", _agents, "see the message")
     yield _attempt("environment", _step, "reinstall with: pip install -c constraints.txt -e .")
     yield _attempt("compiled code", _cache, "point CRAWLER_BENCH_CACHE at a folder that can be written")
     yield _attempt("configurations", _configs, "reinstall crawler-bench: its configurations are missing")
@@ -60,11 +56,18 @@ def _import(name: str) -> Check:
     )
 
 
-def _attempt(what: str, look: Callable[[], Any], mend: str) -> Check:
+def _attempt(what: str, look: Callable[[], Any], fix: str) -> Check:
     try:
         return Check(what, str(look()))
     except Exception as error:
-        return Check(what, " ".join(f"{type(error).__name__}: {error}".split()), False, mend)
+        return Check(what, " ".join(f"{type(error).__name__}: {error}".split()), False, fix)
+
+
+def _agents() -> str:
+    from crawler_bench.config.files import registered_agents
+    from crawler_bench.runs.agent import agent_class
+
+    return ", ".join(agent_class(name).__module__ + ":" + name for name in registered_agents())
 
 
 def _step() -> str:
@@ -79,7 +82,7 @@ def _step() -> str:
 
 
 def _cache() -> str:
-    from crawler_bench.physics.compilation import cache_folder
+    from crawler_bench.physics.compiled import cache_folder
 
     return str(cache_folder())
 

@@ -1,13 +1,18 @@
-"""What the commands share: their options, and the agents by name."""
+"""What the commands share: their options, and what these change."""
 
 import errno
 import os
 import sys
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, TypeVar
 
 import typer
+
+if TYPE_CHECKING:
+    from crawler_bench.config.schema import Experiment
+
+Sized = TypeVar("Sized", bound="Experiment")
 
 RUNS = Path("results/runs")
 
@@ -17,7 +22,7 @@ Set = Annotated[
 Seeds = Annotated[
     str | None, typer.Option(help="How many seeds (10), which range (100-109) or which (3,5,8).")
 ]
-Jobs = Annotated[int, typer.Option(min=0, help="Parallel processes; 0 is one a core.")]
+Jobs = Annotated[int, typer.Option(min=0, help="Parallel processes; 0 is one per core.")]
 Runs = Annotated[Path, typer.Option(help="Folder of finished runs; what is there is not run again.")]
 Quiet = Annotated[bool, typer.Option("--quiet", help="Print results and errors only.")]
 
@@ -25,8 +30,11 @@ Quiet = Annotated[bool, typer.Option("--quiet", help="Print results and errors o
 class Preset(StrEnum):
     """Sizes of a study."""
 
-    full = "full"
+    paper = "paper"
     smoke = "smoke"
+
+
+PresetOption = Annotated[Preset, typer.Option(help="paper: in full; smoke: small, to see that all works.")]
 
 
 def find_modules_here() -> None:
@@ -38,23 +46,19 @@ def find_modules_here() -> None:
         os.environ["PYTHONPATH"] = f"{known}{os.pathsep}{here}" if known else here
 
 
-def agents_package() -> Any:
-    """Import our `agents`, which another package on PyPI is called as well."""
-    import agents
+def resized(
+    experiment: "Sized", study: str, preset: Preset, set_: list[str] | None = None, seeds: str | None = None
+) -> "Sized":
+    """An experiment or a search as the options want it; an agent that cannot be found is refused here."""
+    from crawler_bench.config.files import parse_assignments, smoke_changes
+    from crawler_bench.config.schema import resize
+    from crawler_bench.runs.agent import agent_class
 
-    if not hasattr(agents, "ENTRY_POINT_GROUP"):
-        raise ValueError(
-            f"the package 'agents' that Python finds is not crawler-bench's but {agents.__file__}; "
-            "uninstall that one (it may be openai-agents) or use a fresh virtual environment"
-        )
-    return agents
-
-
-def agent_spec(name: str) -> str:
-    """The "module:Class" of an agent, which can be imported."""
-    spec: str = agents_package().agent_spec(name)
-    agents_package().agent_class(spec)
-    return spec
+    changes = smoke_changes(study, experiment.name) if preset is Preset.smoke else {}
+    changes |= {"seeds": seeds} if seeds else {}
+    found = resize(experiment, changes | parse_assignments(set_ or []), "--set")
+    agent_class(found.run.agent)
+    return found
 
 
 def evaluation_overrides(set_: list[str] | None) -> dict[str, Any]:

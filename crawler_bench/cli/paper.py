@@ -1,31 +1,32 @@
 """The command that reproduces the paper."""
 
 import shlex
-from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from crawler_bench.cli.console import console, print_claims, teller
-from crawler_bench.cli.options import RUNS, Jobs, Quiet, Runs, Seeds, Set, agent_spec, require_ours
+from crawler_bench.cli.console import console, logger, print_claims
+from crawler_bench.cli.options import (
+    RUNS,
+    Jobs,
+    Preset,
+    PresetOption,
+    Quiet,
+    Runs,
+    Seeds,
+    Set,
+    require_ours,
+    resized,
+)
 
 if TYPE_CHECKING:
     from crawler_bench.config.schema import Experiment
 
 
-class Preset(StrEnum):
-    """Sizes of an experiment."""
-
-    paper = "paper"
-    smoke = "smoke"
-
-
 def reproduce(
-    preset: Annotated[
-        Preset, typer.Option(help="paper: in full; smoke: small, to see that all works.")
-    ] = Preset.paper,
-    claim: Annotated[list[str] | None, typer.Option(help="Only re-make this claim, and print it.")] = None,
+    preset: PresetOption = Preset.paper,
+    claim: Annotated[list[str] | None, typer.Option(help="Judge and print only this claim.")] = None,
     seeds: Seeds = None,
     set_: Set = None,
     out: Annotated[
@@ -53,7 +54,9 @@ def reproduce(
     needed = (
         {name for each in claims for name in each.experiments} if claim else set(reproduction.EXPERIMENTS)
     )
-    experiments = _experiments(preset, sorted(needed, key=reproduction.EXPERIMENTS.index), set_, seeds)
+    experiments = [
+        _experiment(name, preset, set_, seeds) for name in reproduction.EXPERIMENTS if name in needed
+    ]
     found = reproduction.reproduce(experiments, runs, jobs=jobs, quiet=quiet)
     options = "".join([
         f" --preset {preset.value}" if preset is not Preset.paper else "",
@@ -63,7 +66,7 @@ def reproduce(
     if claim:
         frame = found.claims(claims, options)
     else:
-        frame = reproduction.write_results(found, folder, options=options, say=teller(quiet))
+        frame = reproduction.write_results(found, folder, options=options, say=logger(quiet))
     print_claims(frame)
     if not claim:
         console.print(
@@ -77,19 +80,9 @@ def reproduce(
         )
 
 
-def _experiments(
-    preset: Preset, names: list[str], set_: list[str] | None, seeds: str | None
-) -> "list[Experiment]":
-    from crawler_bench.config.files import config_folder, load_experiment, parse_assignments
-    from crawler_bench.config.schema import parse_seeds
+def _experiment(name: str, preset: Preset, set_: list[str] | None, seeds: str | None) -> "Experiment":
+    from crawler_bench.config.files import config_folder, load_experiment
 
-    overrides = parse_assignments(set_ or [])
-    experiments = []
-    for name in names:
-        experiment = load_experiment(config_folder() / preset / f"{name}.yaml", overrides)
-        run = experiment.run.model_copy(update={"agent": agent_spec(experiment.run.agent)})
-        update: dict[str, Any] = {"run": run} | (
-            {"seeds": parse_seeds(seeds)} if seeds and not experiment.grid else {}
-        )
-        experiments.append(experiment.model_copy(update=update))
-    return experiments
+    experiment = load_experiment(config_folder() / "paper" / f"{name}.yaml")
+    # An experiment with a grid keeps its few seeds: it is about the grid.
+    return resized(experiment, "paper", preset, set_, None if experiment.grid else seeds)

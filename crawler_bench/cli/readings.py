@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from crawler_bench.cli.console import console, print_frame, teller
-from crawler_bench.cli.options import RUNS, Jobs, Preset, Quiet, Runs, agent_spec, require_ours
+from crawler_bench.cli.console import console, logger, print_frame
+from crawler_bench.cli.options import RUNS, Jobs, Preset, PresetOption, Quiet, Runs, require_ours
 
 if TYPE_CHECKING:
     from crawler_bench.readings.laboratory import Laboratory
@@ -16,14 +16,12 @@ if TYPE_CHECKING:
 
 
 def readings(
-    preset: Annotated[
-        Preset, typer.Option(help="full: under an hour; smoke: small, to see that all works.")
-    ] = Preset.full,
+    preset: PresetOption = Preset.paper,
     only: Annotated[
         list[str] | None, typer.Option(help="Only run and print this reading; may be repeated.")
     ] = None,
     check: Annotated[
-        int, typer.Option(min=0, help="Run so many rows of the table again, from nothing, and compare.")
+        int, typer.Option(min=0, help="Re-run this many rows of the table from scratch, and compare.")
     ] = 0,
     out: Annotated[
         Path | None, typer.Option(help="Where to write; default results/readings or results/readings-smoke.")
@@ -36,17 +34,17 @@ def readings(
 
     Interrupted, the same command goes on from the runs that were finished.
     """
-    from crawler_bench.readings.sizes import FULL, SMOKE
+    from crawler_bench.readings.sizes import FULL, smoke
 
-    size = SMOKE if preset is Preset.smoke else FULL
-    folder = out or Path("results") / ("readings-smoke" if size is SMOKE else "readings")
+    size = smoke() if preset is Preset.smoke else FULL
+    folder = out or Path("results") / ("readings-smoke" if preset is Preset.smoke else "readings")
     if check:
         with tempfile.TemporaryDirectory() as fresh:
             _check(_laboratory(size, Path(fresh), jobs, quiet), size, folder, check)
     elif only:
         _print_only(_laboratory(size, runs, jobs, quiet), size, folder, only)
     else:
-        _study(_laboratory(size, runs, jobs, quiet), size, folder)
+        _study(_laboratory(size, runs, jobs, quiet), size, folder, preset)
 
 
 def _laboratory(size: "Size", runs: Path, jobs: int, quiet: bool) -> "Laboratory":
@@ -55,8 +53,7 @@ def _laboratory(size: "Size", runs: Path, jobs: int, quiet: bool) -> "Laboratory
 
     bases = {}
     for name in EXPERIMENTS:
-        run = size.apply(load_experiment(config_folder() / "paper" / f"{name}.yaml").run)
-        bases[name] = run.model_copy(update={"agent": agent_spec(run.agent)})
+        bases[name] = size.apply(load_experiment(config_folder() / "paper" / f"{name}.yaml").run)
     return Laboratory(bases, runs, jobs, quiet)
 
 
@@ -82,19 +79,18 @@ def _print_only(laboratory: "Laboratory", size: "Size", folder: Path, names: lis
         print_frame(each.score.claims[["claim", "paper", "ours", "low", "high", "n", "distance"]])
 
 
-def _study(laboratory: "Laboratory", size: "Size", folder: Path) -> None:
+def _study(laboratory: "Laboratory", size: "Size", folder: Path, preset: Preset) -> None:
     from crawler_bench.readings.frames import SHOWN
     from crawler_bench.readings.results import write
-    from crawler_bench.readings.sizes import SMOKE
     from crawler_bench.readings.study import conduct
 
     started = time.time()
     require_ours(folder, "readings", "readings.csv")
     study = conduct(laboratory, size.readings(), size)
-    print_frame(write(study, folder, started, teller(laboratory.quiet))[SHOWN].head(20))
+    print_frame(write(study, folder, started, logger(laboratory.quiet))[SHOWN].head(20))
     print_frame(study.confirmation())
     console.print(f"Written to {folder}: readings.md, figures, tables.", soft_wrap=True)
-    if size is SMOKE:
+    if preset is Preset.smoke:
         console.print("This was the smoke preset: too small for its scores to mean anything.")
     failed = [f"{each.reading.name}: {error}" for each in study.scored for error in each.errors]
     if failed:

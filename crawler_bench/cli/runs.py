@@ -5,19 +5,11 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from crawler_bench.cli.console import console, notes, print_frame, teller
-from crawler_bench.cli.options import (
-    RUNS,
-    Quiet,
-    Seeds,
-    Set,
-    agent_spec,
-    agents_package,
-    evaluation_overrides,
-)
+from crawler_bench.cli.console import console, logger, notes, print_frame
+from crawler_bench.cli.options import RUNS, Quiet, Seeds, Set, evaluation_overrides
 
 if TYPE_CHECKING:
-    from crawler_bench.runs.sweep import Measured
+    from crawler_bench.runs.results import Measured
 
 
 def train(
@@ -30,18 +22,18 @@ def train(
     quiet: Quiet = False,
 ) -> None:
     """Train one agent, once for each seed; prints the run folders."""
-    from crawler_bench.config.files import load_experiment, parse_assignments
+    from crawler_bench.config.files import agent_spec, load_experiment, parse_assignments
     from crawler_bench.config.schema import RunConfig, override, parse_seeds
+    from crawler_bench.runs.agent import agent_class
     from crawler_bench.runs.training import train as train_run
 
     if seeds and seed:
-        raise ValueError("--seed and --seeds say the same thing: give one of them")
+        raise ValueError("--seed and --seeds exclude each other: give one of them")
     run = load_experiment(config).run if config is not None else RunConfig()
-    spec = agent_spec(agent)
-    if spec != agents_package().agent_spec(run.agent):
+    if agent_spec(agent) != agent_spec(run.agent):
         run = run.model_copy(update={"settings": {}})  # those of the configuration are another agent's
-    run = override(run, {"agent": spec} | parse_assignments(set_ or []), "--set")
-    run = run.model_copy(update={"agent": agent_spec(run.agent)})
+    run = override(run, {"agent": agent} | parse_assignments(set_ or []), "--set")
+    agent_class(run.agent)  # before anything is computed
     for each in parse_seeds(seeds) if seeds else (seed,):
         folder = train_run(run, each, out, progress_bar=notes.is_terminal and not quiet)
         console.print(str(folder), markup=False, soft_wrap=True)
@@ -56,10 +48,10 @@ def evaluate(
 ) -> None:
     """Measure trained runs or shared policies: policy table, speed, cycle duration, speed against noise."""
     from crawler_bench.output.csv_files import write_csv
-    from crawler_bench.runs import sweep
+    from crawler_bench.runs.results import tabulate
 
     overrides = evaluation_overrides(set_)
-    runs, evaluations, cycles = sweep.tabulate([_measure(path, overrides) for path in run])
+    runs, evaluations, cycles = tabulate([_measure(path, overrides) for path in run])
     print_frame(runs[["run", "policy", "speed", "speed_moving", "stall_share", "cycle_duration", "cycles"]])
     noisy = evaluations.pivot_table(index="experiment", columns="noise", values="speed", sort=False)
     noisy.columns = [f"s = {noise:g}" for noise in noisy.columns]
@@ -80,7 +72,7 @@ def render(
     from crawler_bench.output import animation, kymographs, style
 
     measured = _measure(run, evaluation_overrides(set_))
-    say = teller(quiet)
+    say = logger(quiet)
     record = measured.evaluation.gait
     folder = out or Path("results/rendered") / measured.name
     folder.mkdir(parents=True, exist_ok=True)
@@ -97,7 +89,7 @@ def _measure(path: Path, overrides: dict[str, Any]) -> "Measured":
 
     from crawler_bench.config.schema import override
     from crawler_bench.runs import evaluation, policy_files, store
-    from crawler_bench.runs.sweep import Measured, label
+    from crawler_bench.runs.results import Measured, label
 
     if path.suffix in (".json", ".zip"):
         policy = policy_files.read_policy(path)

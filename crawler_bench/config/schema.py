@@ -8,7 +8,6 @@ import itertools
 import math
 import re
 from collections.abc import Iterator, Mapping
-from importlib import import_module
 from typing import Annotated, Any, Literal, TypeVar
 
 import yaml
@@ -19,6 +18,7 @@ from pydantic import (
     Field,
     ValidationError,
     field_validator,
+    model_validator,
 )
 
 from crawler_bench.physics.parameters import CrawlerParameters
@@ -29,6 +29,14 @@ PAPER_NAMES = {
     "gamma": "settings.discount",
     "N": "n_segments",
 }
+
+
+# Beyond these a run ends for want of memory, or never.
+MOST_DECISIONS = 10**9
+MOST_CRAWLERS = 10_000
+MOST_SEGMENTS = 1000
+MOST_SEEDS = 10_000
+MOST_SAMPLES = 10**7  # of a node in one crawl, 32 bytes each
 
 
 class ConfigError(ValueError):
@@ -73,29 +81,45 @@ class RunConfig(_Model):
 
     agent: str = "qlearning"
     settings: dict[str, Any] = {}  # of the agent's class
-    decisions: int = Field(800_000, ge=0)  # of all crawlers together
-    crawlers: int = Field(1, ge=1)  # that a deep agent learns from side by side
+    decisions: int = Field(800_000, ge=0, le=MOST_DECISIONS)  # of all crawlers together
+    crawlers: int = Field(1, ge=1, le=MOST_CRAWLERS)  # that a deep agent learns from side by side
     environment: EnvironmentConfig = EnvironmentConfig()
     parameters: CrawlerParameters = CrawlerParameters()
     evaluation: EvaluationConfig = EvaluationConfig()
 
+    @model_validator(mode="after")
+    def _can_be_run(self) -> "RunConfig":
+        segments, interval = self.parameters.n_segments, self.parameters.decision_interval
+        if segments > MOST_SEGMENTS:
+            raise ValueError(f"n_segments must be at most {MOST_SEGMENTS}")
+        evaluation = self.evaluation
+        if min(evaluation.duration, evaluation.gait) < interval:
+            raise ValueError(f"duration and gait must be at least one decision_interval, {interval:g}")
+        longest = evaluation.warm_up + max(evaluation.duration, evaluation.settle + evaluation.gait)
+        if longest / interval * (segments + 1) > MOST_SAMPLES:
+            raise ValueError(
+                f"an evaluation over {longest:g} tau with {segments} segments does not fit in memory: "
+                f"(time / decision_interval) * (n_segments + 1) must be at most {MOST_SAMPLES:,}"
+            )
+        return self
+
 
 def parse_seeds(value: Any) -> Any:
-    """Read seeds: a number of them (from 0), a range "100-109", or a list "3,5,8".
+    """Read seeds: a number of them (from 0), a range "100-109", or a list "3,5,8" of different ones.
 
     Raises:
         ValueError: if it is none of these.
     """
-    if isinstance(value, str) and value.strip().isdecimal():
+    if isinstance(value, str) and re.fullmatch(r"\s*[0-9]{1,18}\s*", value):
         value = int(value)
-    if isinstance(value, int) and not isinstance(value, bool) and value >= 1:
+    if isinstance(value, int) and not isinstance(value, bool) and 1 <= value <= MOST_SEEDS:
         return tuple(range(value))
     if isinstance(value, str):
-        span = re.fullmatch(r"\s*(\d+)\s*-\s*(\d+)\s*", value)
-        if span and int(span[1]) <= int(span[2]):
+        span = re.fullmatch(r"\s*(\d{1,18})\s*-\s*(\d{1,18})\s*", value)
+        if span and 0 <= int(span[2]) - int(span[1]) < MOST_SEEDS:
             return tuple(range(int(span[1]), int(span[2]) + 1))
-        if re.fullmatch(r"\s*\d+(\s*,\s*\d+)*\s*,?\s*", value):
-            return tuple(int(word) for word in value.split(",") if word.strip())
+        if re.fullmatch(r"\s*\d{1,18}(\s*,\s*\d{1,18})*\s*,?\s*", value):
+            value = [int(word) for word in value.split(",") if word.strip()]
     if (
         isinstance(value, list | tuple)
         and value
@@ -103,7 +127,9 @@ def parse_seeds(value: Any) -> Any:
         and len(set(value)) == len(value)
     ):
         return tuple(value)
-    raise ValueError("seeds are a number of them above 0, a range like 100-109, or a list like 3,5,8")
+    raise ValueError(
+        f"seeds are a number of them above 0 (to {MOST_SEEDS}), a range like 100-109, or a list like 3,5,8"
+    )
 
 
 Seeds = Annotated[tuple[int, ...], BeforeValidator(parse_seeds)]
@@ -143,10 +169,11 @@ class Tuning(Experiment):
 
 
 Built = TypeVar("Built", bound=_Model)
+Resized = TypeVar("Resized", bound=Experiment)
 
 
 def override(run: RunConfig, overrides: Mapping[str, Any], where: str) -> RunConfig:
-    """Replace single values by dotted key; a bare key that only one section has stands for the dotted one."""
+    """Replace single values by dotted key; a bare key that only one section has will do."""
     content = to_mapping(run)
     for key, value in overrides.items():
         *sections, last = _full_key(content, key, where).split(".")
@@ -155,6 +182,34 @@ def override(run: RunConfig, overrides: Mapping[str, Any], where: str) -> RunCon
             target = target[section]
         target[last] = value
     return build(RunConfig, content, where)
+
+
+def resize(experiment: Resized, changes: Mapping[str, Any], where: str) -> Resized:
+    """An experiment with other values.
+
+    Args:
+        experiment: the experiment, or the search.
+        changes: values of its run by dotted or bare key, and of its own fields (seeds, grid, trials). A value
+            that the grid varies varies no longer, or over the list given; what learns from no decisions keeps
+            doing so.
+        where: what an error names.
+
+    Raises:
+        ConfigError: naming the key and what is allowed or was probably meant.
+    """
+    fields = type(experiment).model_fields.keys() - {"name", "run"}
+    of_run = {key: value for key, value in changes.items() if key not in fields}
+    own = {key: value for key, value in changes.items() if key in fields}
+    resized = build(type(experiment), to_mapping(experiment) | own, where)
+    if not resized.run.decisions:
+        of_run.pop("decisions", None)
+    grid = dict(resized.grid)
+    for varied in grid:
+        for key in (varied, varied.rpartition(".")[2]):
+            if key in of_run:
+                value = of_run.pop(key)
+                grid[varied] = tuple(value) if isinstance(value, list) else (value,)
+    return resized.model_copy(update={"run": override(resized.run, of_run, where), "grid": grid})
 
 
 def to_mapping(model: BaseModel) -> dict[str, Any]:
@@ -197,19 +252,6 @@ def nearest(key: str, names: list[str]) -> str:
     return f"; did you mean {close[0]!r}?" if close else f"; known are {', '.join(names)}"
 
 
-def import_agent(spec: str) -> Any:
-    """The class that a "module:Class" string names.
-
-    Raises:
-        ConfigError: if there is no such class.
-    """
-    module, _, name = spec.partition(":")
-    try:
-        return getattr(import_module(module), name)
-    except (ImportError, AttributeError, ValueError) as error:
-        raise ConfigError(f"agent {spec!r} cannot be imported: {error}") from None
-
-
 def build(model: type[Built], content: Mapping[str, Any], where: str) -> Built:
     """Check values against a model.
 
@@ -218,6 +260,8 @@ def build(model: type[Built], content: Mapping[str, Any], where: str) -> Built:
     """
     try:
         return model.model_validate(content)
+    except OverflowError:
+        raise ConfigError(f"{where}: a number in it is too large") from None
     except ValidationError as error:
         first = error.errors(include_url=False)[0]
         loc = first["loc"][1:] if first["loc"][:1] == ("run",) else first["loc"]

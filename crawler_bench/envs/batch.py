@@ -11,11 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from crawler_bench.envs.transition import RUNNING, Packed, begin, decide, make_task, report
-from crawler_bench.physics.compilation import loop_kernel
-from crawler_bench.physics.layout import ROWS
+from crawler_bench.physics.coefficients import as_floats, stepping
+from crawler_bench.physics.compiled import kernel
 from crawler_bench.physics.parameters import CrawlerParameters
-
-Array = NDArray[np.float64]
+from crawler_bench.physics.state import Array, make_memory, nodes_of, odometer_of
 
 # Columns of the outcome of a decision.
 REWARD, DISPLACED, GRADIENT, CENTROID = range(4)
@@ -33,8 +32,9 @@ class CrawlerBatch:
         time_limit: tau_theta.
 
     Attributes:
-        memory: (K, ROWS, N + 1), see physics/layout.py.
-        tasks: (K, n) packed tasks; they change by `set_tasks` only.
+        memory: (K, size) floats, see physics/state.py.
+        nodes: (K, N + 1) records, the same memory by name.
+        odometers: (K,) records, likewise.
         generators: (K, 4) raw generator states.
         observation: (K,) what each crawler senses now.
         outcome: (K, 4) REWARD, DISPLACED, GRADIENT, CENTROID of the last decision.
@@ -70,20 +70,31 @@ class CrawlerBatch:
         self.parameters = given
         if len({each.n_segments for each in given}) > 1:
             raise ValueError("all crawlers of a batch need the same n_segments")
-        self.tasks = np.array([make_task(*each) for each in settings])
-        self._groups = _groups(self.tasks)
+        self._tasks = np.array([make_task(*each)[0] for each in settings])
+        # If one takes steps, all can: the kernels are the same for the whole batch.
+        takes_steps = any(make_task(each)[1] is not None for each in given)
+        self._steppings = np.array([as_floats(stepping(each)) for each in given]) if takes_steps else None
         self.n_segments = given[0].n_segments
-        self.memory = np.zeros((num_envs, ROWS, self.n_segments + 1))
+        self.memory = np.tile(make_memory(self.n_segments), (num_envs, 1))
         self.generators = np.zeros((num_envs, 4), dtype=np.uint64)
         self.observation = np.zeros(num_envs, dtype=np.int64)
         self.outcome = np.zeros((num_envs, 4))
         self.end = np.zeros(num_envs, dtype=np.int64)
 
+    @property
+    def nodes(self) -> Any:
+        """State of every node of every crawler, (K, N + 1) records."""
+        return nodes_of(self.memory)
+
+    @property
+    def odometers(self) -> Any:
+        """What every crawler counts over decisions, (K,) records."""
+        return odometer_of(self.memory)
+
     def set_tasks(self, tasks: Mapping[int, Packed]) -> None:
         """Give some crawlers, named by their place, other tasks with the same parameters."""
-        for i, task in tasks.items():
-            self.tasks[i] = task
-        self._groups = _groups(self.tasks)
+        for i, (task, _) in tasks.items():
+            self._tasks[i] = task
 
     def seed(self, seeds: Sequence[int | None]) -> None:
         """Seed each crawler's generator as `CrawlerEnv.reset(seed=...)` does; None leaves one as it is."""
@@ -93,7 +104,7 @@ class CrawlerBatch:
 
     def begin(self) -> None:
         """Put every crawler to rest and observe it."""
-        _begin_all(self.memory, self.tasks, self.generators, self.observation)
+        _begin_all(self.memory, self._tasks, self.generators, self.observation)
         self.outcome[:] = 0.0
         self.end[:] = RUNNING
 
@@ -113,8 +124,8 @@ class CrawlerBatch:
         if given.shape == self.end.shape and given.dtype.kind in "iu":
             chosen = np.asarray(given, dtype=np.int64, order="C")
             n_ended = _decide_all(
-                self.memory, chosen, self.tasks, self._groups, self.generators, self.observation,
-                self.outcome, self.end,
+                self.memory, self.n_segments, chosen, self._tasks, self._steppings, self.generators,
+                self.observation, self.outcome, self.end,
             )  # fmt: skip
             if n_ended >= 0:
                 return n_ended
@@ -123,11 +134,11 @@ class CrawlerBatch:
 
     def report(self) -> None:
         """Write all of the state of each crawler, and its power, to its memory."""
-        _report_all(self.memory, self.tasks)
+        _report_all(self.memory, self._tasks)
 
     def begin_ended(self) -> None:
         """Put every crawler whose episode has ended to rest and observe it."""
-        _begin_ended(self.memory, self.tasks, self.generators, self.observation, self.outcome, self.end)
+        _begin_ended(self.memory, self._tasks, self.generators, self.observation, self.outcome, self.end)
 
 
 def _each(name: str, value: object, num_envs: int) -> list[object]:
@@ -135,12 +146,6 @@ def _each(name: str, value: object, num_envs: int) -> list[object]:
     if len(values) != num_envs:
         raise ValueError(f"{name} has {len(values)} values for {num_envs} crawlers")
     return values
-
-
-def _groups(tasks: Array) -> NDArray[np.int64]:
-    """First crawler of each run of neighbours with equal tasks, and K."""
-    differ = (tasks[1:] != tasks[:-1]).any(axis=1)
-    return np.array([0, *(np.flatnonzero(differ) + 1), len(tasks)])
 
 
 def _words(generator: np.random.PCG64) -> list[int]:
@@ -152,21 +157,21 @@ def _words(generator: np.random.PCG64) -> list[int]:
     ]  # fmt: skip
 
 
-@loop_kernel
+@kernel
 def _begin_all(
     memory: Array, tasks: Array, generators: NDArray[np.uint64], observation: NDArray[np.int64]
 ) -> None:
     for i in range(memory.shape[0]):
-        observation[i] = begin(memory[i], tasks[i], generators[i])
+        observation[i] = begin(memory[i], (tasks[i], None), generators[i])
 
 
-@loop_kernel
+@kernel
 def _report_all(memory: Array, tasks: Array) -> None:
     for i in range(memory.shape[0]):
-        report(memory[i], tasks[i])
+        report(memory[i], (tasks[i], None))
 
 
-@loop_kernel
+@kernel
 def _begin_ended(
     memory: Array,
     tasks: Array,
@@ -177,17 +182,18 @@ def _begin_ended(
 ) -> None:
     for i in range(memory.shape[0]):
         if end[i] != RUNNING:
-            observation[i] = begin(memory[i], tasks[i], generators[i])
+            observation[i] = begin(memory[i], (tasks[i], None), generators[i])
             outcome[i] = 0.0
             end[i] = RUNNING
 
 
-@loop_kernel
+@kernel
 def _decide_all(
     memory: Array,
+    n_segments: int,
     actions: NDArray[np.int64],
     tasks: Array,
-    groups: NDArray[np.int64],
+    steppings: Array | None,
     generators: NDArray[np.uint64],
     observation: NDArray[np.int64],
     outcome: Array,
@@ -195,15 +201,16 @@ def _decide_all(
 ) -> int:
     """Return how many episodes ended; -1 if an action is none, and then no crawler has moved."""
     for action in actions:
-        if not 0 <= action < memory.shape[2] - 1:
+        if not 0 <= action < n_segments:
             return -1
     n_ended = 0
-    for group in range(groups.size - 1):
-        task = tasks[groups[group]]  # the same row for all who have it, so that its entries are read once
-        for i in range(groups[group], groups[group + 1]):
-            made = decide(memory[i], actions[i], task, generators[i])
-            observation[i], end[i] = made.observation, made.end
-            outcome[i, REWARD], outcome[i, DISPLACED] = made.reward, made.displacement
-            outcome[i, GRADIENT], outcome[i, CENTROID] = made.gradient, made.centroid
-            n_ended += made.end != RUNNING
+    for i in range(memory.shape[0]):
+        if steppings is None:
+            made = decide(memory[i], actions[i], (tasks[i], None), generators[i])
+        else:
+            made = decide(memory[i], actions[i], (tasks[i], steppings[i]), generators[i])
+        observation[i], end[i] = made.observation, made.end
+        outcome[i, REWARD], outcome[i, DISPLACED] = made.reward, made.displacement
+        outcome[i, GRADIENT], outcome[i, CENTROID] = made.gradient, made.centroid
+        n_ended += made.end != RUNNING
     return n_ended

@@ -9,26 +9,12 @@ from numpy.typing import NDArray
 
 from crawler_bench.envs.randomness import live_state
 from crawler_bench.envs.transition import END_NAMES, RUNNING, begin, decide_and_report, make_task, report
-from crawler_bench.physics.crawler import centroid
-from crawler_bench.physics.layout import (
-    CENTROID,
-    DISPLACEMENT,
-    EPISODE_DECISIONS,
-    EPOCH,
-    FORCE,
-    LIFETIME_DECISIONS,
-    LIFETIME_DISTANCE,
-    ODOMETER,
-    POWER,
-    STATE_ROWS,
-    STRAIN,
-    VELOCITY,
-    WORK,
-    make_memory,
-)
+from crawler_bench.physics.crawler import measure
 from crawler_bench.physics.parameters import CrawlerParameters
+from crawler_bench.physics.state import STATE, layout, make_memory, nodes_of, odometer_of
 
 Info = dict[str, Any]
+_COUNTS = ("episode_decisions", "lifetime_decisions", "lifetime_distance")
 
 
 class CrawlerEnv(gym.Env[np.int64, np.int64]):
@@ -168,34 +154,48 @@ class CrawlerEnv(gym.Env[np.int64, np.int64]):
             self._viewed_generator, self._generator_state = generator, live_state(generator)
         return self._generator_state
 
+    @property
+    def nodes(self) -> Any:
+        """State of every node, (N + 1,) records, see physics/state.py; `report` completes it."""
+        return nodes_of(self.memory)
+
+    @property
+    def odometer(self) -> Any:
+        """What is counted over decisions, a record."""
+        return odometer_of(self.memory)
+
     def _info(self, displacement: float, gradient: float, centroid: float, end: int) -> Info:
-        page = self.memory[VELOCITY : STRAIN + 1].copy()
+        nodes = self.nodes
         return {
-            "time": self.memory[ODOMETER, EPISODE_DECISIONS].item() * self.parameters.decision_interval,
+            "time": self._time(),
             "centroid": centroid,
             "displacement": displacement,
             "strain_gradient": gradient,
-            "strain": page[STRAIN - VELOCITY, :-1],
-            "muscle_force": page[FORCE - VELOCITY],
-            "node_velocity": page[0],
-            "power": page[POWER - VELOCITY],
+            "strain": nodes["strain"][:-1].copy(),
+            "muscle_force": nodes["force"].copy(),
+            "node_velocity": nodes["velocity"].copy(),
+            "power": nodes["power"].copy(),
             "end": END_NAMES[end],
         }
+
+    def _time(self) -> float:
+        return float(self.odometer["episode_decisions"]) * self.parameters.decision_interval
 
     @property
     def lifetime(self) -> tuple[float, float]:
         """Time (tau_theta) and distance (L) crawled in all episodes so far."""
-        odometer = self.memory[ODOMETER]
-        time = odometer[LIFETIME_DECISIONS] * self.parameters.decision_interval
-        return float(time), float(odometer[LIFETIME_DISTANCE])
+        odometer = self.odometer
+        time = odometer["lifetime_decisions"] * self.parameters.decision_interval
+        return float(time), float(odometer["lifetime_distance"])
 
     def get_state(self) -> dict[str, Any]:
         """Everything that decides the future, as plain values that JSON can hold exactly."""
         report(self.memory, self.task)
         return {
-            "state": self.memory[:STATE_ROWS].tolist(),
-            "odometer": self.memory[ODOMETER, :3].tolist(),
-            "course": self.memory[EPOCH:WORK].tolist(),
+            "state": [self.nodes[name].tolist() for name in STATE],
+            "odometer": [float(self.odometer[name]) for name in _COUNTS],
+            "memory": self.memory.tolist(),
+            "layout": layout(),
             "parameters": asdict(self.parameters),
             "generator": self.np_random.bit_generator.state,
         }
@@ -203,16 +203,30 @@ class CrawlerEnv(gym.Env[np.int64, np.int64]):
     def set_state(self, snapshot: dict[str, Any]) -> None:
         """Go on from what `get_state` gave, in this or another process.
 
-        With a course of another version, or one that was laid for other parameters, the crawler goes on from
-        the state alone: to rounding, not to the last bit.
+        With a trajectory of another version, or one of other parameters, the crawler goes on from the state
+        alone: to rounding, not to the last bit.
+
+        Raises:
+            ValueError: if a part is missing, has another shape or holds a number that is not finite.
         """
-        same_rows = np.shape(snapshot.get("course", ())) == self.memory[EPOCH:WORK].shape
-        keeps_course = same_rows and snapshot.get("parameters") == asdict(self.parameters)
-        self.memory[:STATE_ROWS] = snapshot["state"]
-        self.memory[ODOMETER, :3] = snapshot["odometer"]
-        self.memory[EPOCH:WORK] = snapshot["course"] if keeps_course else 0.0
-        self.memory[EPOCH, CENTROID] = centroid(self.memory[DISPLACEMENT])
-        self.memory[STRAIN, :-1] = np.diff(self.memory[DISPLACEMENT])
+        if not isinstance(snapshot, dict):
+            raise ValueError(f"a crawler's state is a dictionary, not a {type(snapshot).__name__}")
+        state = _finite(snapshot, "state", (len(STATE), self.nodes.size))
+        odometer = _finite(snapshot, "odometer", (len(_COUNTS),))
+        same_layout = snapshot.get("layout") == layout()
+        keeps_trajectory = same_layout and snapshot.get("parameters") == asdict(self.parameters)
+        memory = _finite(snapshot, "memory", self.memory.shape) if keeps_trajectory else 0.0
+        try:
+            np.random.PCG64().state = snapshot["generator"]
+        except (KeyError, TypeError, ValueError, OverflowError) as error:
+            raise ValueError(f"the crawler's generator is not the state of a PCG64: {error!r}") from None
+        self.memory[:] = memory
+        if not keeps_trajectory:
+            for name, row in zip(STATE, state, strict=True):
+                self.nodes[name] = row
+            for name, count in zip(_COUNTS, odometer, strict=True):
+                self.odometer[name] = count
+            self.odometer.centroid, _ = measure(self.nodes)
         self.np_random.bit_generator.state = snapshot["generator"]
 
     def render(self) -> NDArray[np.uint8] | None:
@@ -226,8 +240,7 @@ class CrawlerEnv(gym.Env[np.int64, np.int64]):
             return None
         from crawler_bench.envs.rendering import draw_crawler, show
 
-        time = float(self.memory[ODOMETER, EPISODE_DECISIONS]) * self.parameters.decision_interval
-        picture = draw_crawler(self.memory[DISPLACEMENT], time)
+        picture = draw_crawler(self.nodes["displacement"], self._time())
         if self.render_mode == "rgb_array":
             return picture
         self._renderer = show(picture, self._renderer, self.metadata["render_fps"])
@@ -241,3 +254,14 @@ class CrawlerEnv(gym.Env[np.int64, np.int64]):
 
     def __getstate__(self) -> dict[str, Any]:
         return self.__dict__ | {"_renderer": None, "_viewed_generator": None, "_generator_state": None}
+
+
+def _finite(snapshot: dict[str, Any], name: str, shape: tuple[int, ...]) -> NDArray[np.float64]:
+    """A part of a snapshot as an array of this shape."""
+    try:
+        values = np.array(snapshot[name], dtype=np.float64)
+    except (KeyError, TypeError, ValueError, OverflowError):
+        values = np.empty(0)
+    if values.shape != shape or not np.isfinite(values).all():
+        raise ValueError(f"the crawler's {name} must be finite numbers of the shape {shape}")
+    return values

@@ -14,7 +14,6 @@ from stable_baselines3.common.vec_env.base_vec_env import VecEnvIndices
 
 from crawler_bench.envs.batch import REWARD, CrawlerBatch
 from crawler_bench.envs.transition import END_NAMES, make_task
-from crawler_bench.physics.layout import LIFETIME_DECISIONS, LIFETIME_DISTANCE, ODOMETER
 from crawler_bench.physics.parameters import CrawlerParameters
 
 Info = dict[str, Any]
@@ -104,10 +103,10 @@ class CrawlerVecEnv(VecEnv):
     @property
     def lifetime(self) -> tuple[float, float]:
         """Time and distance that all crawlers together have crawled since they were made, through resets."""
-        odometers = self.crawlers.memory[:, ODOMETER]
+        odometers = self.crawlers.odometers
         intervals = np.array([each.decision_interval for each in self.crawlers.parameters])
-        time = float((odometers[:, LIFETIME_DECISIONS] * intervals).sum())
-        return time, float(odometers[:, LIFETIME_DISTANCE].sum())
+        time = float((odometers["lifetime_decisions"] * intervals).sum())
+        return time, float(odometers["lifetime_distance"].sum())
 
     def close(self) -> None:
         """Nothing is open."""

@@ -11,14 +11,6 @@ from numpy.typing import NDArray
 
 from crawler_bench.envs.batch import CENTROID, DISPLACED, GRADIENT, REWARD, CrawlerBatch
 from crawler_bench.envs.transition import END_NAMES, RUNNING
-from crawler_bench.physics.layout import (
-    EPISODE_DECISIONS,
-    FORCE,
-    ODOMETER,
-    POWER,
-    STRAIN,
-    VELOCITY,
-)
 from crawler_bench.physics.parameters import CrawlerParameters
 
 Info = dict[str, Any]
@@ -110,17 +102,16 @@ class CrawlerVectorEnv(VectorEnv[Any, Any, Any]):
 
     def _infos(self) -> Info:
         crawlers = self.crawlers
-        pages = crawlers.memory[:, VELOCITY : STRAIN + 1].copy()
-        outcome = crawlers.outcome.copy()
+        nodes, outcome = crawlers.nodes, crawlers.outcome.copy()
         return {
-            "time": crawlers.memory[:, ODOMETER, EPISODE_DECISIONS] * self._intervals,
+            "time": crawlers.odometers["episode_decisions"] * self._intervals,
             "centroid": outcome[:, CENTROID],
             "displacement": outcome[:, DISPLACED],
             "strain_gradient": outcome[:, GRADIENT],
-            "strain": pages[:, STRAIN - VELOCITY, :-1],
-            "muscle_force": pages[:, FORCE - VELOCITY],
-            "node_velocity": pages[:, 0],
-            "power": pages[:, POWER - VELOCITY],
+            "strain": nodes["strain"][:, :-1].copy(),
+            "muscle_force": nodes["force"].copy(),
+            "node_velocity": nodes["velocity"].copy(),
+            "power": nodes["power"].copy(),
             "end": _ENDS[crawlers.end],
         }
 

@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 from crawler_bench.envs.randomness import State, live_state, random
 from crawler_bench.envs.transition import Packed, begin, decide, make_task, report
 from crawler_bench.gait.record import Array, Record
-from crawler_bench.physics.compilation import kernel
-from crawler_bench.physics.layout import DISPLACEMENT, FORCE, POWER, VELOCITY, Memory, make_memory
+from crawler_bench.physics.compiled import kernel
 from crawler_bench.physics.parameters import CrawlerParameters
+from crawler_bench.physics.state import Memory, make_memory, parts
 
 
 def rollout(
@@ -36,12 +36,17 @@ def rollout(
         start: seed of the warm-up and of the noise: policies that share it meet the same start and the same
             errors.
         policy_seed: seed of the draws of a stochastic policy.
+
+    Raises:
+        ValueError: if the table has another shape.
     """
     seeds = np.random.SeedSequence(start)
     generators = [np.random.default_rng(seed) for seed in seeds.spawn(2)]
     generators.append(np.random.default_rng([policy_seed, *start]))
     start_rng, noise_rng, policy_rng = (live_state(generator) for generator in generators)
     n = parameters.n_segments
+    if table.shape != (n, n):
+        raise ValueError(f"a table of {n} x {n} probabilities is needed, not of the shape {table.shape}")
     memory, quiet = make_memory(n), make_task(parameters)
     first = begin(memory, quiet, start_rng)
     uniform = np.cumsum(np.full((n, n), 1.0 / n), axis=1)
@@ -75,7 +80,7 @@ def _crawl(
     for t in range(actions.size):
         row = cumulative[observation]
         drawn, action = random(policy_rng) * row[-1], 0
-        while row[action] <= drawn:
+        while action < row.size - 1 and row[action] <= drawn:  # any table: an index never leaves its row
             action += 1
         observation = decide(memory, action, task, noise_rng).observation
         actions[t] = action
@@ -87,5 +92,9 @@ def _crawl(
 def _sample(memory: Memory, task: Packed, page: Array) -> None:
     """Write displacement, velocity, force and power of every node."""
     report(memory, task)
-    page[0], page[1] = memory[DISPLACEMENT], memory[VELOCITY]
-    page[2], page[3] = memory[FORCE], memory[POWER]
+    nodes = parts(memory)[2]
+    for i in range(nodes.size):
+        node = nodes[i]
+        page[0, i], page[1, i], page[2, i], page[3, i] = (
+            node.displacement, node.velocity, node.force, node.power,
+        )  # fmt: skip

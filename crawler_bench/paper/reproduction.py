@@ -25,7 +25,8 @@ from crawler_bench.paper.tables import claims_table, verdict_counts
 from crawler_bench.paper.verdicts import Claim, Results, judge_claims
 from crawler_bench.runs import store
 from crawler_bench.runs.evaluation import Evaluation, read_evaluation
-from crawler_bench.runs.sweep import Cell, Outcome, read_outcomes, run_cells
+from crawler_bench.runs.results import read_outcomes, typical_run
+from crawler_bench.runs.sweep import Outcome, require_success, run_experiments
 from crawler_bench.runs.training import agent_file
 
 GAITS = ("regularized", "unregularized")
@@ -64,14 +65,8 @@ def reproduce(experiments: Iterable[Experiment], runs_root: Path, *, jobs: int, 
     Raises:
         RuntimeError: if no run at all succeeded.
     """
-    cells = [
-        Cell(experiment.name, config, seed)
-        for experiment in experiments
-        for config, seed in experiment.runs()
-    ]
-    outcomes = run_cells(cells, runs_root, jobs=jobs, quiet=quiet)
-    if all(outcome.error for outcome in outcomes):
-        raise RuntimeError(f"all {len(outcomes)} runs failed; the first: {outcomes[0].error}")
+    outcomes = run_experiments(experiments, runs_root, jobs=jobs, quiet=quiet)
+    require_success(outcomes)
     return Reproduction(outcomes, *read_outcomes(outcomes))
 
 
@@ -128,21 +123,10 @@ def _write_policies(found: Reproduction, folder: Path) -> None:
 
 
 def representative(found: Reproduction, experiment: str) -> tuple[Outcome, Evaluation]:
-    """The run to show for an experiment: of those with the commonest policy, the median one by speed."""
-    runs = found.runs[found.runs["experiment"] == experiment]
-    if runs.empty:
-        raise RuntimeError(f"no run of {experiment} succeeded: there is nothing to draw")
-    shared = runs["policy"].map(runs["policy"].value_counts())
-    commonest = runs[shared == shared.max()].sort_values(["speed", "seed"])
-    seed = int(commonest.iloc[(len(commonest) - 1) // 2]["seed"])
-    for outcome in found.outcomes:
-        if (
-            outcome.cell.experiment == experiment
-            and outcome.cell.seed == seed
-            and outcome.evaluation is not None
-        ):
-            return outcome, read_evaluation(outcome.evaluation)
-    raise LookupError(f"no finished run of {experiment}")
+    """The run to show for an experiment."""
+    outcome = typical_run(found.runs, [each for each in found.outcomes if each.cell.experiment == experiment])
+    assert outcome.evaluation is not None
+    return outcome, read_evaluation(outcome.evaluation)
 
 
 def _figures(found: Reproduction) -> dict[str, Figure]:

@@ -36,7 +36,7 @@ class Verdict(Enum):
 
 @dataclass(frozen=True)
 class Results:
-    """Runs and evaluations, as `crawler_bench.runs.sweep.read_outcomes` returns them."""
+    """Runs and evaluations, as `crawler_bench.runs.results.read_outcomes` returns them."""
 
     runs: pd.DataFrame
     evaluations: pd.DataFrame

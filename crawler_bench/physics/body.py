@@ -1,200 +1,224 @@
-"""The viscoelastic body on dry ground [M20, eq. 1-3 and 8], solved exactly.
+"""The viscoelastic body on dry ground [M20, eq. 1-3 and 8]: the balance of forces, and which nodes slide.
 
-One implicit Euler step of the inertialess force balance reads, with A the Laplacian of the chain of nodes,
+With A the Laplacian of the chain of nodes, the inertialess force balance reads
 
-    (c + dt) A v + friction(v) = g,        g = B f - A u,
+    c A du/dt + friction(du/dt) = -k A u + B f,       or       A w = B f - friction,       w = c du/dt + k u,
 
-where friction is forward_limit on a node with v > 0, -backward_limit on one with v < 0, and whatever holds
-the node, between the two, on one with v = 0. Eq. 8's tanh is this law, smoothed over a width of 1e-6.
+where friction is the forward limit on a node with du/dt > 0, minus the backward limit on one with du/dt < 0, and
+between the two whatever holds a node with du/dt = 0, where w = u. Eq. 8's tanh is this law, smoothed over a
+width of 1e-6. Both integrators solve this tridiagonal system for the nodes that slide, by the Thomas algorithm.
 
-Which nodes slide is found by an active-set iteration: assume a state of each node, solve the tridiagonal
-system of those that slide, correct the states that the solution contradicts. Started from the states of the
-step before, this ends after one or two passes. It may, rarely, cycle; then the states are built up from
-rest in an order that provably ends, because the matrix is an M-matrix (policy iteration on the equation
-max(min(v, r + forward), r - backward) = 0, with r = (c + dt) A v - g).
+Which nodes slide is found by an active-set iteration: assume a state of each node, solve for those that slide,
+correct the states that the solution contradicts. Started from the states of the step before, this ends after
+one or two passes. It may, rarely, cycle; then the states are built up from rest in an order that provably ends,
+because the matrix is an M-matrix (policy iteration on max(min(v, r + forward), r - backward) = 0, where v is
+the velocity and r = A w - B f).
 """
 
 import numpy as np
-from numpy.typing import NDArray
 
-from crawler_bench.physics.compilation import step_kernel
+from crawler_bench.physics.coefficients import Coefficients
+from crawler_bench.physics.compiled import kernel
+from crawler_bench.physics.state import Node, Nodes
+from crawler_bench.physics.tolerances import BALANCED, RIGID_RESISTANCE, WARM_PASSES
 
 FORWARD, STUCK, BACKWARD = 1.0, 0.0, -1.0
-_WARM_PASSES = 8
-# With every node sliding, rigid motion meets no resistance and the matrix is singular: with this pivot,
-# relative to the diagonal, forces out of balance drive a violent motion, which shows who has to stop.
-RIGID_RESISTANCE = 1e-9
-_ROUNDING = 1e-13  # relative to the sum of their magnitudes, forces below this balance
 
 
-@step_kernel
-def balance_forces(
-    g: NDArray[np.float64],
-    v: NDArray[np.float64],
-    slip: NDArray[np.float64],
-    stiffness: float,
-    forward: float,
-    backward: float,
-    pivot: NDArray[np.float64],
-) -> int:
-    """Find the velocities at which all forces balance.
+@kernel
+def friction(slip: float, k: Coefficients) -> float:
+    """Friction on a node that slides, k L [M20, eq. 8]."""
+    return k.forward if slip == FORWARD else -k.backward
+
+
+@kernel
+def slip_of_stuck(holding: float, k: Coefficients) -> float:
+    """Slip state of a stuck node that this friction, k L, would have to hold [M20, eq. 8]."""
+    if holding > k.forward:
+        return FORWARD
+    return BACKWARD if holding < -k.backward else STUCK
+
+
+@kernel
+def chain_force(above: float, own: float, below: float) -> float:
+    """Row of -A: the pull on a node of its two neighbours in the chain [M20, eq. 1-3]; no neighbour is `own`."""
+    return above + below - 2.0 * own
+
+
+@kernel
+def holding_force(nodes: Nodes, i: int) -> tuple[float, float, float]:
+    """Friction that it takes to hold the stuck node i, B f - A w, as its terms, k L."""
+    node, above, below = nodes[i], nodes[max(i - 1, 0)], nodes[min(i + 1, nodes.size - 1)]
+    return (
+        node.net.constant + chain_force(above.w.constant, node.w.constant, below.w.constant),
+        node.net.as_e_f + above.w.as_e_f + below.w.as_e_f,  # its own w is constant
+        node.net.as_r_f + above.w.as_r_f + below.w.as_r_f,
+    )
+
+
+@kernel
+def stand_still(node: Node, displacement: float) -> None:
+    """Let w be what it is on a node that does not move."""
+    node.w.constant, node.w.as_e_f, node.w.as_r_f = displacement, 0.0, 0.0
+
+
+@kernel
+def solve_sliding(nodes: Nodes, low: int, high: int, k: Coefficients) -> None:
+    """Solve the force balance for w of the sliding nodes from `low` to `high` [M20, eq. 1-3].
 
     Args:
-        g: (N + 1,) force on each node before friction and damping, k L.
-        v: (N + 1,) velocity of each node, L / tau_theta; written.
-        slip: (N + 1,) FORWARD, STUCK or BACKWARD for each node; the first guess, then the answer.
-        stiffness: c + dt, the factor of the Laplacian.
-        forward: friction limit against forward sliding, k L.
-        backward: friction limit against backward sliding, k L.
-        pivot: (N + 1,) scratch.
+        nodes: w of stuck ones is given, w of sliding ones is written.
+        low: the first node, which is at the head or stuck.
+        high: the last node, which is at the tail or stuck.
+        k: coefficients.
+    """
+    eliminate(nodes, low, high, k)
+    substitute(nodes, low, high)
+
+
+@kernel
+def eliminate(nodes: Nodes, low: int, high: int, k: Coefficients) -> None:
+    """Forward half of the Thomas algorithm, for all three terms of w."""
+    above, above_f, above_r, coupling = (
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+    )  # what the row before adds, and takes off the diagonal
+    for i in range(low, high + 1):
+        node = nodes[i]
+        if node.slip == STUCK:
+            above, above_f, above_r, coupling = node.w.constant, 0.0, 0.0, 0.0
+        else:
+            degree = 1.0 if i == 0 or i == nodes.size - 1 else 2.0
+            coupling = 1.0 / max(degree - coupling, RIGID_RESISTANCE)
+            above = coupling * (node.net.constant - friction(node.slip, k) + above)
+            above_f = coupling * (node.net.as_e_f + above_f)
+            above_r = coupling * (node.net.as_r_f + above_r)
+            node.w.constant, node.w.as_e_f, node.w.as_r_f = above, above_f, above_r
+        node.inverse_pivot = coupling
+
+
+@kernel
+def substitute(nodes: Nodes, low: int, high: int) -> None:
+    """Backward half of the Thomas algorithm."""
+    after, after_f, after_r = 0.0, 0.0, 0.0  # w of the node behind
+    for i in range(high, low - 1, -1):
+        node = nodes[i]
+        if node.slip != STUCK:
+            node.w.constant += node.inverse_pivot * after
+            node.w.as_e_f += node.inverse_pivot * after_f
+            node.w.as_r_f += node.inverse_pivot * after_r
+        after, after_f, after_r = node.w.constant, node.w.as_e_f, node.w.as_r_f
+
+
+@kernel
+def balance_forces(nodes: Nodes, k: Coefficients) -> int:
+    """Find which nodes slide, and w of all nodes, at one moment.
+
+    Args:
+        nodes: `displacement` and the constant terms of `net` are read; `slip` is the first guess, then the
+            answer; w is written, and its terms other than the constant one are 0 where those of `net` are.
+        k: coefficients.
 
     Returns:
         The number of tridiagonal solves.
     """
-    for solves in range(1, _WARM_PASSES + 1):
-        _solve_sliding(g, v, slip, stiffness, forward, backward, pivot)
-        if not _correct(g, v, slip, stiffness, forward, backward):
+    for solves in range(1, WARM_PASSES + 1):
+        _solve_states(nodes, k)
+        if not _correct_states(nodes, k):
             return solves
-    return _WARM_PASSES + _balance_from_rest(g, v, slip, stiffness, forward, backward, pivot)
+    return WARM_PASSES + _balance_from_rest(nodes, k)
 
 
-@step_kernel
-def _solve_sliding(
-    g: NDArray[np.float64],
-    v: NDArray[np.float64],
-    slip: NDArray[np.float64],
-    stiffness: float,
-    forward: float,
-    backward: float,
-    pivot: NDArray[np.float64],
-) -> None:
-    """Solve for the velocities of the sliding nodes, those of the stuck ones being 0 (Thomas algorithm)."""
-    n = g.size
-    scale = 1.0 / stiffness
-    before, coupling = 0.0, 0.0  # right-hand side and inverse pivot of the row above; 0 where it is stuck
-    for i in range(n):
-        if slip[i] == STUCK:
-            v[i], pivot[i] = 0.0, 0.0
+@kernel
+def _solve_states(nodes: Nodes, k: Coefficients) -> None:
+    """Solve for w under the assumed states of the nodes."""
+    for node in nodes:
+        if node.slip == STUCK:
+            stand_still(node, node.displacement)
+    tail = nodes.size - 1
+    eliminate(nodes, 0, tail, k)
+    rigid = nodes[tail].inverse_pivot * RIGID_RESISTANCE > 0.5 and _balanced(nodes, k)
+    if rigid:
+        nodes[tail].w.constant = nodes[tail].displacement
+    substitute(nodes, 0, tail)
+    if rigid:
+        _centre_rigid_motion(nodes)
+
+
+@kernel
+def _correct_states(nodes: Nodes, k: Coefficients) -> bool:
+    """Let go of overloaded nodes, stop those that slide against their own friction; say if any changed."""
+    changed = False
+    for i in range(nodes.size):
+        node = nodes[i]
+        if node.slip == STUCK:
+            new = slip_of_stuck(holding_force(nodes, i)[0], k)
         else:
-            friction = forward if slip[i] == FORWARD else -backward
-            degree = 1.0 if i == 0 or i == n - 1 else 2.0
-            remaining = degree - coupling
-            if remaining < RIGID_RESISTANCE:
-                remaining = RIGID_RESISTANCE
-            v[i] = (g[i] - friction) * scale + coupling * before
-            pivot[i] = 1.0 / remaining
-        before, coupling = v[i], pivot[i]
-    rigid = pivot[n - 1] * RIGID_RESISTANCE > 0.5 and _balanced(v[n - 1], g, scale, forward + backward)
-    if rigid:
-        v[n - 1] = 0.0
-    v[n - 1] *= pivot[n - 1]
-    for i in range(n - 2, -1, -1):
-        v[i] = (v[i] + v[i + 1]) * pivot[i]
-    if rigid:
-        _centre_rigid_motion(v, slip)
+            new = node.slip if (node.w.constant - node.displacement) * node.slip >= 0.0 else STUCK
+        if new != node.slip:
+            node.slip = new
+            changed = True
+    return changed
 
 
-@step_kernel
-def _balanced(total: float, g: NDArray[np.float64], scale: float, limits: float) -> bool:
+@kernel
+def _balanced(nodes: Nodes, k: Coefficients) -> bool:
     """Whether the sum of all forces, as the elimination leaves it in the last row, is 0 up to rounding."""
-    magnitude = g.size * limits
-    for i in range(g.size):
-        magnitude += abs(g[i])
-    return abs(total) <= _ROUNDING * magnitude * scale
+    magnitude = nodes.size * (k.forward + k.backward)
+    for node in nodes:
+        magnitude += abs(node.net.constant)
+    return abs(nodes[nodes.size - 1].w.constant) * RIGID_RESISTANCE <= BALANCED * magnitude
 
 
-@step_kernel
-def _centre_rigid_motion(v: NDArray[np.float64], slip: NDArray[np.float64]) -> None:
+@kernel
+def _centre_rigid_motion(nodes: Nodes) -> None:
     """Where friction balances at any rigid velocity, take the middle one of those that it allows.
 
     It is the limit of eq. 8 for a vanishing width: both tails of its tanh have the same weight.
     """
     lowest, highest = -np.inf, np.inf
-    for i in range(v.size):
-        if slip[i] == FORWARD:
-            lowest = max(lowest, -v[i])
+    for node in nodes:
+        moving = node.w.constant - node.displacement
+        if node.slip == FORWARD:
+            lowest = max(lowest, -moving)
         else:
-            highest = min(highest, -v[i])
+            highest = min(highest, -moving)
     if lowest <= highest and highest - lowest < np.inf:
-        v += 0.5 * (lowest + highest)
+        for node in nodes:
+            node.w.constant += 0.5 * (lowest + highest)
 
 
-@step_kernel
-def _correct(
-    g: NDArray[np.float64],
-    v: NDArray[np.float64],
-    slip: NDArray[np.float64],
-    stiffness: float,
-    forward: float,
-    backward: float,
-) -> bool:
-    """Let go of overloaded nodes, stop those that slide against their own friction; say if any changed."""
-    n = g.size
-    changed = False
-    for i in range(n):
-        if slip[i] == STUCK:
-            new = _slip_of_stuck(_holding_force(g, v, stiffness, i), forward, backward)
-        else:
-            new = slip[i] if v[i] * slip[i] >= 0.0 else STUCK
-        if new != slip[i]:
-            slip[i] = new
-            changed = True
-    return changed
-
-
-@step_kernel
-def _holding_force(g: NDArray[np.float64], v: NDArray[np.float64], stiffness: float, i: int) -> float:
-    """Friction that it takes to hold the stuck node i."""
-    pull: float = 0.0
-    if i > 0:
-        pull += v[i - 1]
-    if i < g.size - 1:
-        pull += v[i + 1]
-    return float(g[i] + stiffness * pull)
-
-
-@step_kernel
-def _slip_of_stuck(holding: float, forward: float, backward: float) -> float:
-    if holding > forward:
-        return FORWARD
-    return BACKWARD if holding < -backward else STUCK
-
-
-@step_kernel
-def _balance_from_rest(
-    g: NDArray[np.float64],
-    v: NDArray[np.float64],
-    slip: NDArray[np.float64],
-    stiffness: float,
-    forward: float,
-    backward: float,
-    pivot: NDArray[np.float64],
-) -> int:
+@kernel
+def _balance_from_rest(nodes: Nodes, k: Coefficients) -> int:
     """Nested policy iteration; each set only grows, so it ends after at most (N + 2)^2 solves.
 
     Given the nodes that slip backward, the forward-sliding set grows to its fixed point; then overloaded
     stuck nodes join the backward ones, and the forward set is built again.
     """
-    n = g.size
     solves = 0
-    slip[:] = STUCK
+    for node in nodes:
+        node.slip = STUCK
     while True:
         grown = True
         while grown:
-            _solve_sliding(g, v, slip, stiffness, forward, backward, pivot)
+            _solve_states(nodes, k)
             solves += 1
-            grown = False
-            for i in range(n):
-                if slip[i] == STUCK and _holding_force(g, v, stiffness, i) > forward:
-                    slip[i] = FORWARD
-                    grown = True
-        overloaded = False
-        for i in range(n):
-            if slip[i] == STUCK and _holding_force(g, v, stiffness, i) < -backward:
-                slip[i] = BACKWARD
-                overloaded = True
-        if not overloaded:
+            grown = _let_go(nodes, FORWARD, k)
+        if not _let_go(nodes, BACKWARD, k):
             return solves
-        for i in range(n):
-            if slip[i] == FORWARD:
-                slip[i] = STUCK
+        for node in nodes:
+            if node.slip == FORWARD:
+                node.slip = STUCK
+
+
+@kernel
+def _let_go(nodes: Nodes, direction: float, k: Coefficients) -> bool:
+    """Let go of every stuck node that is overloaded in a direction; say if there was one."""
+    found = False
+    for i in range(nodes.size):
+        if nodes[i].slip == STUCK and slip_of_stuck(holding_force(nodes, i)[0], k) == direction:
+            nodes[i].slip = direction
+            found = True
+    return found

@@ -7,27 +7,15 @@ which F falls through 1 (the limiter), both are exponentials.
 
 import math
 
-import numpy as np
-from numpy.typing import NDArray
-
-from crawler_bench.physics.compilation import inner_kernel, step_kernel
-from crawler_bench.physics.response import follow
-
-# A muscle left alone would decay into denormal numbers, which are slow and mean nothing.
-NEGLIGIBLE = 1e-200
+from crawler_bench.physics.compiled import kernel
+from crawler_bench.physics.tolerances import NEGLIGIBLE, NEVER
 
 
-@inner_kernel
-def flush(value: float) -> float:
-    """The value, or 0 where it is negligible."""
-    return value if value > NEGLIGIBLE else 0.0
-
-
-@step_kernel
+@kernel
 def relax_muscle(
     F: float, f: float, time: float, tau_m: float, tau_f: float, force_max: float
 ) -> tuple[float, float]:
-    """Advance drive and force by any time in which no spike arrives.
+    """Advance drive [M20, eq. 5] and force [M20, eq. 4] by any time in which no spike arrives.
 
     Args:
         F: drive (dimensionless).
@@ -41,7 +29,7 @@ def relax_muscle(
         F and f at the end.
     """
     if F > 1.0:
-        limited = min(tau_m * math.log(F), time)
+        limited = min(time_in_limiter(F, tau_m), time)
         f = force_max + (f - force_max) * math.exp(-limited / tau_f)
         F = F * math.exp(-limited / tau_m) if limited == time else 1.0
         time -= limited
@@ -51,58 +39,24 @@ def relax_muscle(
     return flush(F), flush(f)
 
 
-@inner_kernel
-def step_quiet_muscle(
-    F: float, f: float, drive_decay: float, force_decay: float, gain: float, limited_gain: float
-) -> tuple[float, float]:
-    """Advance drive and force by one step without a spike, and on one side of the limiter.
+@kernel
+def time_in_limiter(F: float, tau_m: float) -> float:
+    """Time until a drive falls through 1, where eq. 4 limits it; NEVER if it is below."""
+    return tau_m * math.log(F) if F > 1.0 else NEVER
 
-    Args:
-        F: drive (dimensionless).
-        f: force, k L.
-        drive_decay: factor of a drive in one step.
-        force_decay: factor of a force in one step.
-        gain: what one step adds to a force, k L, per unit of its drive.
-        limited_gain: what one step adds to a force whose drive is limited, k L.
 
-    Returns:
-        F and f at the end.
+@kernel
+def follow(time: float, tau_lead: float, tau_follow: float) -> float:
+    """What follows a decay exp(-t / tau_lead) with time constant tau_follow, from 0.
+
+    The integral of exp(-(t - s) / tau_follow) exp(-s / tau_lead) ds / tau_follow, also for equal constants.
     """
-    pull = limited_gain if F > 1.0 else gain * F
-    return flush(F * drive_decay), flush(f * force_decay + pull)
+    difference = abs(1.0 / tau_follow - 1.0 / tau_lead)
+    weight = -math.expm1(-difference * time) / difference if difference != 0.0 else time
+    return math.exp(-time / max(tau_follow, tau_lead)) / tau_follow * weight
 
 
-@inner_kernel
-def step_quiet_muscles(
-    F: NDArray[np.float64],
-    f: NDArray[np.float64],
-    drive_decay: float,
-    force_decay: float,
-    gain: float,
-    limited_gain: float,
-) -> bool:
-    """Advance all muscles, (N + 1,) drives F and forces f, like `step_quiet_muscle`.
-
-    Returns:
-        Whether a drive falls through 1 in the next step.
-    """
-    crossings = 0
-    for i in range(F.size):  # without branches, so that it is done for several muscles at a time
-        F[i], f[i] = step_quiet_muscle(F[i], f[i], drive_decay, force_decay, gain, limited_gain)
-        crossings += int(leaves_limiter(F[i], drive_decay))
-    return crossings > 0
-
-
-@inner_kernel
-def leaves_limiter(F: float, drive_decay: float) -> bool:
-    """Whether a drive falls through 1 in one step."""
-    return (F > 1.0) & (F * drive_decay <= 1.0)
-
-
-@inner_kernel
-def any_leaves_limiter(F: NDArray[np.float64], drive_decay: float) -> bool:
-    """Whether one of the (N + 1,) drives falls through 1 in one step."""
-    crossings = 0
-    for i in range(F.size):
-        crossings += int(leaves_limiter(F[i], drive_decay))
-    return crossings > 0
+@kernel
+def flush(value: float) -> float:
+    """The value, or 0 where it is negligible."""
+    return value if value > NEGLIGIBLE else 0.0

@@ -10,21 +10,18 @@ passes a multiple of 2 pi where V rises through 0.
 
 import math
 
-import numpy as np
-from numpy.typing import NDArray
-
-from crawler_bench.physics.compilation import inner_kernel, step_kernel
-from crawler_bench.physics.layout import NEVER
+from crawler_bench.physics.compiled import kernel
+from crawler_bench.physics.tolerances import NEVER
 
 NO_SPIKE = -1.0
 _JUST_PAST_INFINITY = -NEVER
 
 
-@inner_kernel
+@kernel
 def step_neuron(
     V: float, on: bool, dt: float, rate: float, tan_rate_dt: float, at_pi: bool
 ) -> tuple[float, float]:
-    """Advance one neuron by dt under a constant input.
+    """Advance one neuron by dt under a constant input [M20, eq. 6]; find its spike [M20, eq. 7].
 
     Args:
         V: tan(theta / 2).
@@ -37,8 +34,6 @@ def step_neuron(
     Returns:
         V at the end of the step, and the time of the spike from the start of the step, or NO_SPIKE.
     """
-    if not on and V == 0.0:
-        return V, NO_SPIKE
     if on:
         denominator = 1.0 - V * tan_rate_dt
         numerator = V + tan_rate_dt
@@ -54,60 +49,25 @@ def step_neuron(
     return new, min(_time_to_infinity(V, on, rate), dt) if at_pi else NO_SPIKE
 
 
-@step_kernel
-def step_neurons_off(
-    V: NDArray[np.float64],
-    spike: NDArray[np.float64],
-    on: int,
-    other_on: int,
-    time: float,
-    rate: float,
-    at_pi: bool,
-) -> float:
-    """Advance all neurons but those that are ON by any time.
-
-    Args:
-        V: (N + 1,) tan(theta / 2); changed.
-        spike: (N + 1,) written: time of each spike from the start, infinity where there is none.
-        on: a neuron to leave alone.
-        other_on: another one, or the same.
-        time: how long, tau_theta.
-        rate: neuron_rate, 1 / tau_theta.
-        at_pi: spike where theta = pi.
-
-    Returns:
-        The earliest spike time, or infinity.
-    """
-    earliest = np.inf
-    for i in range(V.size):
-        spike[i] = np.inf
-        if i != on and i != other_on:
-            V[i], found = step_neuron(V[i], False, time, rate, 0.0, at_pi)
-            if found != NO_SPIKE:
-                spike[i] = found
-                earliest = min(earliest, found)
-    return earliest
-
-
-@inner_kernel
+@kernel
 def _time_to_infinity(V: float, on: bool, rate: float) -> float:
     """Time until theta = pi, from V > 0."""
     return (math.atan(1.0 / V) if on else 1.0 / V) / rate
 
 
-@inner_kernel
+@kernel
 def _time_to_zero(V: float, rate: float) -> float:
     """Time until theta = 2 pi, from V < 0 and ON (OFF, V creeps towards 0 and never arrives)."""
     return math.atan(-V) / rate
 
 
-@inner_kernel
+@kernel
 def cotangent(V: float) -> float:
     """The clock q = 1 / V = cot(theta / 2): eq. 6 of a neuron that is OFF becomes dq/dt = -neuron_rate."""
     return min(max(1.0 / V, -NEVER), NEVER) if V != 0.0 else NEVER
 
 
-@inner_kernel
+@kernel
 def tangent(q: float) -> float:
     """Undo `cotangent`."""
     if q == 0.0:

@@ -8,11 +8,12 @@ from pathlib import Path
 import pandas as pd
 from joblib import Parallel, delayed
 
-from crawler_bench.config.schema import RunConfig
+from crawler_bench.config.schema import Experiment, RunConfig
 from crawler_bench.paper.verdicts import Results
 from crawler_bench.readings.catalogue import Reading, values_of
 from crawler_bench.readings.scoring import Score, score
-from crawler_bench.runs.sweep import Cell, Outcome, read_outcomes, run_cells
+from crawler_bench.runs.results import read_outcomes
+from crawler_bench.runs.sweep import Outcome, run_experiments
 
 EXPERIMENTS = ("regularized", "unregularized", "untrained")
 REGULARIZED, UNREGULARIZED = EXPERIMENTS[:2]
@@ -27,8 +28,8 @@ class Scored:
         values: dotted key: value of its regularized run.
         free: names of its free constants.
         score: its distance from the paper.
-        runs: one row per run, as `crawler_bench.runs.sweep.read_outcomes` gives them, with its speed at each
-            amplitude of noise.
+        runs: one row per run, as `crawler_bench.runs.results.read_outcomes` gives them, with its speed at
+            each amplitude of noise.
         errors: what went wrong, one line per failed run.
     """
 
@@ -45,10 +46,9 @@ class Laboratory:
     """Runs readings.
 
     Attributes:
-        bases: the run of the default reading for each of EXPERIMENTS; their agents are "module:Class"
-            strings.
+        bases: the run of the default reading for each of EXPERIMENTS.
         root: folder of run folders.
-        jobs: number of processes; 0 means one a core.
+        jobs: number of processes; 0 means one per core.
         quiet: say nothing.
     """
 
@@ -57,39 +57,33 @@ class Laboratory:
     jobs: int = 0
     quiet: bool = False
 
-    def cells(self, reading: Reading, seeds: Sequence[int]) -> list[Cell]:
-        """The runs that a reading needs."""
-        return [
-            Cell(experiment, reading.configure(self.bases[experiment]), seed)
-            for experiment in EXPERIMENTS
-            for seed in seeds
-        ]
-
     def run(self, readings: Sequence[Reading], seeds: Sequence[int]) -> list[Scored]:
         """Run and score readings; finished runs are looked up, and what two readings share is run once."""
-        needed = {reading.name: self.cells(reading, seeds) for reading in readings}
-        unique: dict[str, Cell] = {}
-        for name, cells in needed.items():
-            for cell in cells:
-                unique.setdefault(_key(cell), replace(cell, experiment=f"{name} {cell.experiment}"))
-        found = run_cells(list(unique.values()), self.root, jobs=self.jobs, quiet=self.quiet)
-        outcomes = dict(zip(unique, found, strict=True))
+        needed = [
+            Experiment(name=f"{reading.name} {name}", run=reading.configure(self.bases[name]), seeds=seeds)
+            for reading in readings
+            for name in EXPERIMENTS
+        ]
+        found = run_experiments(needed, self.root, jobs=self.jobs, quiet=self.quiet)
+        each = len(EXPERIMENTS) * len(seeds)
         tasks = [
             delayed(_score)(
                 reading,
                 values_of(reading.configure(self.bases[REGULARIZED])),
                 reading.free_constants(self.bases[REGULARIZED]),
-                [replace(outcomes[_key(cell)], cell=cell) for cell in needed[reading.name]],
+                [_of_experiment(outcome) for outcome in found[i * each : (i + 1) * each]],
                 tuple(seeds),
             )
-            for reading in readings
+            for i, reading in enumerate(readings)
         ]
         scored: list[Scored] = Parallel(n_jobs=self.jobs or os.cpu_count() or 1)(tasks)
         return scored
 
 
-def _key(cell: Cell) -> str:
-    return f"{cell.seed} {cell.config.model_dump_json()}"
+def _of_experiment(outcome: Outcome) -> Outcome:
+    """An outcome of a reading under the name of its experiment alone."""
+    name = outcome.cell.experiment.rpartition(" ")[2]
+    return replace(outcome, cell=replace(outcome.cell, experiment=name))
 
 
 def _score(

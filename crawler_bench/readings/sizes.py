@@ -2,10 +2,9 @@
 
 from dataclasses import dataclass
 
-from crawler_bench.config.schema import RunConfig, override
+from crawler_bench.config.files import smoke_changes
+from crawler_bench.config.schema import Experiment, RunConfig, parse_seeds, resize
 from crawler_bench.readings.catalogue import Reading, readings
-
-SMOKE_READINGS = ("default", "literal", "tau_f=1", "regularization=0.05")
 
 
 @dataclass(frozen=True)
@@ -28,9 +27,7 @@ class Size:
 
     def apply(self, base: RunConfig) -> RunConfig:
         """The run of this size; what never learns takes no decisions."""
-        learns = base.decisions > 0
-        kept = {key: value for key, value in self.overrides.items() if learns or key != "decisions"}
-        return override(base, kept, "the preset")
+        return resize(Experiment(name="base", run=base), self.overrides, "the preset").run
 
     def readings(self) -> tuple[Reading, ...]:
         """The readings to run."""
@@ -44,18 +41,10 @@ FULL = Size(
     names=(),
     overrides={"evaluation.starts": 6, "evaluation.noise": [0.0, 0.025, 0.05, 0.1, 0.2]},
 )
-SMOKE = Size(
-    seeds=(0, 1),
-    fresh=(100, 101),
-    trials=4,
-    names=SMOKE_READINGS,
-    overrides={
-        "decisions": 20_000,
-        "evaluation.starts": 2,
-        "evaluation.warm_up": 50.0,
-        "evaluation.duration": 200.0,
-        "evaluation.settle": 100.0,
-        "evaluation.gait": 150.0,
-        "evaluation.noise": [0.0, 0.025, 0.2],
-    },
-)
+
+
+def smoke() -> Size:
+    """The smoke preset: enough to see that everything works."""
+    changes = smoke_changes("readings")
+    seeds, fresh = (parse_seeds(changes.pop(name)) for name in ("seeds", "fresh"))
+    return Size(seeds, fresh, changes.pop("trials"), tuple(changes.pop("names")), changes)

@@ -23,7 +23,7 @@ def blocks(results: Path) -> dict[str, Callable[[], str]]:
     """Every generated block by name.
 
     Args:
-        results: the folder that `crawler-bench reproduce` wrote; speeds stand beside it, in `performance`,
+        results: the folder that `crawler-bench reproduce` wrote; speeds are beside it, in `speed`,
             and the comparison of agents in `benchmark`.
     """
 
@@ -36,7 +36,7 @@ def blocks(results: Path) -> dict[str, Callable[[], str]]:
         "not reproduced": lambda: paper_tables.not_reproduced(claims()),
         "runs": lambda: paper_tables.runs_table(pd.read_csv(results / "runs.csv", dtype={"policy": str})),
         "parameters": paper_tables.parameters_table,
-        **speed.blocks(results.parent / "performance"),
+        **speed.blocks(results.parent / "speed"),
         **readings_tables.blocks(results.parent / "readings"),
         **benchmark_tables.blocks(results.parent / "benchmark"),
     }

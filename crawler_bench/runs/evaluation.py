@@ -1,6 +1,7 @@
 """Measure a trained policy, frozen: from several starts, and under several amplitudes of noise."""
 
 import time
+import zipfile
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -14,8 +15,8 @@ from crawler_bench.gait import metrics
 from crawler_bench.gait.record import Record
 from crawler_bench.gait.rollout import rollout
 from crawler_bench.runs import store
-from crawler_bench.runs.policy_table import action_table
-from crawler_bench.runs.training import agent_file, load_class, make_env
+from crawler_bench.runs.policy_table import action_table, probabilities
+from crawler_bench.runs.training import load_agent
 
 
 @dataclass(frozen=True)
@@ -54,8 +55,7 @@ def evaluate(folder: Path, config: EvaluationConfig | None = None) -> Path:
     if (place / store.MANIFEST).is_file():
         return place
     started = time.time()
-    agent = load_class(run.agent).load(agent_file(folder), env=make_env(run))
-    table = action_table(agent, run.parameters.n_segments, config.mode)
+    table = action_table(load_agent(folder, run), run.parameters.n_segments, config.mode)
     evaluation = measure(run, seed, table, config)
     with store.publish(place) as draft:
         np.savetxt(draft / "table.csv", evaluation.table, delimiter=",", fmt="%.17g")
@@ -74,7 +74,8 @@ def read_evaluation(place: Path) -> Evaluation:
         with np.load(place / "gait.npz") as arrays:
             gait = Record(**arrays)
         table = np.loadtxt(place / "table.csv", delimiter=",", ndmin=2)
-    except (OSError, KeyError, TypeError, ValueError) as error:
+        table = probabilities(table, len(table))
+    except (OSError, EOFError, KeyError, TypeError, ValueError, zipfile.BadZipFile) as error:
         raise store.NotARunError(
             f"{place} is damaged ({type(error).__name__}); remove that folder and repeat the command"
         ) from None

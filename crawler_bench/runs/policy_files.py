@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from crawler_bench.config.schema import RunConfig, to_mapping
+from crawler_bench.runs.policy_table import probabilities
 from crawler_bench.runs.store import NotARunError
 
 LARGEST = 500_000  # bytes of a network's archive that is still shared
@@ -62,10 +63,10 @@ def read_policy(path: Path) -> Policy:
     try:
         content = json.loads(path.read_text())
         config = RunConfig.model_validate(content["run"])
-        tables = {mode: np.array(table, dtype=np.float64) for mode, table in content["tables"].items()}
         n = config.parameters.n_segments
-        if not tables or any(table.shape != (n, n) for table in tables.values()):
-            raise ValueError(f"its tables are not {n} x {n}")
+        tables = {str(mode): probabilities(table, n) for mode, table in content["tables"].items()}
+        if not tables:
+            raise ValueError("it holds no table")
         return Policy(config, int(content["seed"]), tables)
     except FileNotFoundError:
         raise NotARunError(f"{path} does not exist: a policy's JSON file lies beside its archive") from None

@@ -6,14 +6,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from crawler_bench.config.schema import ConfigError
+from crawler_bench.runs.agent import Agent
 
 Array = NDArray[np.float64]
 Mode = Literal["deterministic", "stochastic"]
 
 DRAWS = 2000  # at each observation, from a stochastic policy that does not tell its probabilities
+ROUNDING = 1e-6  # of the sum of a row of probabilities, which a network computes in single precision
 
 
-def action_table(agent: Any, n_segments: int, mode: Mode = "deterministic") -> Array:
+def action_table(agent: Agent, n_segments: int, mode: Mode = "deterministic") -> Array:
     """The policy of an agent as a table of probabilities.
 
     Args:
@@ -31,7 +33,10 @@ def action_table(agent: Any, n_segments: int, mode: Mode = "deterministic") -> A
         ConfigError: if the agent answers with something else than actions, 0 to N - 1, or probabilities.
     """
     if (known := getattr(agent, "action_probabilities", None)) is not None:
-        return _probabilities(agent, known, n_segments)
+        try:
+            return probabilities(known, n_segments)
+        except ValueError as error:
+            raise ConfigError(f"{type(agent).__name__}.action_probabilities: {error}") from None
     observations = np.arange(n_segments)
     greedy = np.eye(n_segments)[_predict(agent, observations, deterministic=True)]
     if mode == "deterministic" or hasattr(agent, "q_table"):
@@ -39,15 +44,15 @@ def action_table(agent: Any, n_segments: int, mode: Mode = "deterministic") -> A
     network: Any = getattr(agent, "policy", None)
     if hasattr(network, "get_distribution"):
         distribution = network.get_distribution(network.obs_to_tensor(observations)[0]).distribution
-        probabilities = distribution.probs.detach().numpy().astype(np.float64)
-        return np.asarray(probabilities / probabilities.sum(axis=1, keepdims=True))
+        likely = distribution.probs.detach().numpy().astype(np.float64)
+        return np.asarray(likely / likely.sum(axis=1, keepdims=True))
     if (rate := getattr(agent, "exploration_rate", None)) is not None:
         return np.asarray((1 - rate) * greedy + rate / n_segments)
     drawn = _predict(agent, np.repeat(observations, DRAWS), deterministic=False).reshape(n_segments, DRAWS)
     return np.array([np.bincount(row, minlength=n_segments) / DRAWS for row in drawn])
 
 
-def believed_policy(agent: Any, n_segments: int) -> Array | None:
+def greedy_policy(agent: Agent, n_segments: int) -> Array | None:
     """The deterministic policy in the middle of learning; None where asking might disturb the learning."""
     if (table := getattr(agent, "q_table", None)) is not None:
         return np.asarray(np.eye(n_segments)[table.argmax(axis=1)])
@@ -57,7 +62,7 @@ def believed_policy(agent: Any, n_segments: int) -> Array | None:
     return action_table(agent, n_segments) if asks_safely else None
 
 
-def _predict(agent: Any, observations: NDArray[np.int64], *, deterministic: bool) -> NDArray[np.int64]:
+def _predict(agent: Agent, observations: NDArray[np.int64], *, deterministic: bool) -> NDArray[np.int64]:
     """The agent's actions, one for each observation."""
     name, count = type(agent).__name__, observations.size
     try:
@@ -75,16 +80,20 @@ def _predict(agent: Any, observations: NDArray[np.int64], *, deterministic: bool
     return np.asarray(actions, dtype=np.int64)
 
 
-def _probabilities(agent: Any, known: Any, n_segments: int) -> Array:
-    name = type(agent).__name__
+def probabilities(table: Any, n_segments: int) -> Array:
+    """Check that a table is a policy: (N, N) probabilities, each row with the sum 1.
+
+    Raises:
+        ValueError: if it is not.
+    """
     try:
-        table = np.array(known, dtype=np.float64)
-    except (TypeError, ValueError):
-        table = np.empty(0)
-    fits = table.shape == (n_segments, n_segments) and np.isfinite(table).all() and (table >= 0).all()
-    if not fits or not np.allclose(table.sum(axis=1), 1):
-        raise ConfigError(
-            f"{name}.action_probabilities must be an array of {n_segments} rows of {n_segments} "
-            "probabilities, each row with the sum 1"
+        checked = np.array(table, dtype=np.float64)
+    except (TypeError, ValueError, OverflowError):
+        checked = np.empty(0)
+    fits = checked.shape == (n_segments, n_segments) and n_segments >= 2
+    fits = fits and bool(((checked >= 0) & (checked <= 1 + ROUNDING)).all())
+    if not fits or np.abs(checked.sum(axis=1) - 1).max() > ROUNDING:
+        raise ValueError(
+            f"a policy is {n_segments} rows of {n_segments} probabilities, each row with the sum 1"
         )
-    return table
+    return checked

@@ -23,10 +23,9 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
-import yaml
-
+from crawler_bench.config.files import agent_spec, read_mapping
 from crawler_bench.config.schema import EvaluationConfig, RunConfig, to_mapping, to_yaml
-from crawler_bench.physics.compilation import KERNEL_HASH, source_hash
+from crawler_bench.physics.compiled import KERNEL_HASH, source_hash
 
 MANIFEST = "manifest.json"
 CONFIG = "config.yaml"
@@ -61,7 +60,7 @@ def _digest(content: dict[str, Any]) -> str:
 
 def _agent_sources(config: RunConfig) -> list[Path]:
     """Where an agent's code lives: the folder of its package, or its one file."""
-    module = config.agent.partition(":")[0]
+    module = agent_spec(config.agent).partition(":")[0]
     try:
         found = importlib.util.find_spec(module)
     except (ImportError, ValueError):
@@ -95,9 +94,9 @@ def read_run(folder: Path) -> tuple[RunConfig, int]:
             f"{folder} {there}: a run folder holds {CONFIG} and {MANIFEST}; `crawler-bench train` makes one"
         )
     try:
-        content = yaml.safe_load((folder / CONFIG).read_text())
+        content = read_mapping(folder / CONFIG)
         return RunConfig.model_validate(content["run"]), int(content["seed"])
-    except (yaml.YAMLError, KeyError, TypeError, ValueError) as error:
+    except (KeyError, TypeError, ValueError) as error:
         raise NotARunError(
             f"{folder / CONFIG} does not describe a run: {' '.join(str(error).split())}"
         ) from None

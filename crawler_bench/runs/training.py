@@ -10,72 +10,72 @@ import numpy as np
 import pandas as pd
 
 import crawler_bench
-from crawler_bench.config.schema import ConfigError, RunConfig, import_agent, nearest
+from crawler_bench.config.schema import ConfigError, RunConfig, nearest
 from crawler_bench.gait.metrics import policy_text
 from crawler_bench.runs import store
-from crawler_bench.runs.policy_table import believed_policy
+from crawler_bench.runs.agent import Agent, agent_class, is_stable_baselines
+from crawler_bench.runs.policy_table import greedy_policy
 
 CURVE_INTERVAL = 1000  # decisions between two points of the learning curve
 SNAPSHOTS = 80  # of the table of values, along the run
-
-
-def load_class(spec: str) -> Any:
-    """The class that a "module:Class" string names.
-
-    Raises:
-        ConfigError: if there is no such class.
-    """
-    return import_agent(spec)
+SB3_SETTINGS = {"policy": "MlpPolicy", "device": "cpu"}
 
 
 def make_env(config: RunConfig) -> Any:
-    """The environment that a run learns in: one crawler or, for Stable-Baselines3, several."""
+    """The environment that a run learns in: one crawler or, for Stable-Baselines3, several.
+
+    Raises:
+        ConfigError: if the agent learns from one crawler alone.
+    """
     arguments = dict(config.environment)
-    if config.crawlers > 1:
-        from crawler_bench.envs.sb3 import CrawlerVecEnv  # loads torch
+    if config.crawlers == 1:
+        return gym.make(crawler_bench.ENV_ID, parameters=config.parameters, **arguments)
+    if not is_stable_baselines(agent_class(config.agent)):
+        raise ConfigError(
+            f"crawlers = {config.crawlers}: {config.agent} learns from one crawler; "
+            "only agents of Stable-Baselines3 learn from several"
+        )
+    from crawler_bench.envs.sb3 import CrawlerVecEnv  # loads torch
 
-        return CrawlerVecEnv(config.crawlers, config.parameters, **arguments)
-    return gym.make(crawler_bench.ENV_ID, parameters=config.parameters, **arguments)
+    return CrawlerVecEnv(config.crawlers, config.parameters, **arguments)
 
 
-def make_agent(config: RunConfig, env: Any, seed: int) -> Any:
-    """Build the agent of a run.
-
-    A class of Stable-Baselines3 or of its contributors, which wants a policy first, gets "MlpPolicy".
+def make_agent(config: RunConfig, env: Any, seed: int) -> Agent:
+    """Build the agent of a run; one of Stable-Baselines3 gets its usual network, on the CPU.
 
     Raises:
         ConfigError: if its class does not know one of the settings.
     """
-    agent = load_class(config.agent)
-    settings = ({"policy": "MlpPolicy", "device": "cpu"} if is_foreign(agent) else {}) | config.settings
-    known = inspect.signature(agent).parameters
+    kind = agent_class(config.agent)
+    known = inspect.signature(kind).parameters
     if not any(parameter.kind is parameter.VAR_KEYWORD for parameter in known.values()):
         names = [name for name in known if name not in ("env", "seed")]
         for key in config.settings:
             if key not in known:
                 hint = nearest(key, names) if names else "; it takes no settings"
-                raise ConfigError(f"settings: {agent.__name__} knows no {key!r}{hint}")
-    _require_keywords(agent, "learn", ("callback", "progress_bar"))
+                raise ConfigError(f"settings: {kind.__name__} knows no {key!r}{hint}")
+    usual = {key: value for key, value in SB3_SETTINGS.items() if is_stable_baselines(kind) and key in known}
     try:
-        return agent(env=env, seed=seed, **settings)
+        return kind(env=env, seed=seed, **usual | config.settings)
     except (TypeError, AssertionError) as error:
         raise ConfigError(
-            f"{agent.__name__}(env, seed={seed}, **{config.settings}) cannot be made: {error}"
+            f"{kind.__name__}(env, seed={seed}, **{config.settings}) cannot be made: {error}"
         ) from None
 
 
-def is_foreign(agent: Any) -> bool:
-    """Whether a class is one of Stable-Baselines3's kind, used as it is: its first argument is the policy."""
-    return next(iter(inspect.signature(agent).parameters), "") == "policy"
+def load_agent(folder: Path, config: RunConfig) -> Agent:
+    """Read the agent of a finished run.
 
-
-def _require_keywords(agent: Any, method: str, names: tuple[str, ...]) -> None:
-    known = inspect.signature(getattr(agent, method)).parameters
-    if any(parameter.kind is parameter.VAR_KEYWORD for parameter in known.values()):
-        return
-    missing = [name for name in names if name not in known]
-    if missing:
-        raise ConfigError(f"{agent.__name__}.{method} must accept {' and '.join(missing)}")
+    Raises:
+        NotARunError: if its file is missing or damaged.
+    """
+    path = agent_file(folder)
+    kind, env = agent_class(config.agent), make_env(config)
+    try:
+        return kind.load(path, env=env)
+    except Exception as error:  # the agent may be anyone's, and so is how it fails
+        reason = str(error).removeprefix(f"{path} ") if isinstance(error, ValueError) else repr(error)
+        raise store.NotARunError(f"{path} cannot be loaded: {' '.join(reason.split())}") from error
 
 
 def agent_file(folder: Path) -> Path:
@@ -88,7 +88,7 @@ def train(config: RunConfig, seed: int, root: Path, progress_bar: bool = False) 
     """Train a run, unless it is there already.
 
     Args:
-        config: the run; its agent is a "module:Class" string.
+        config: the run.
         seed: of agent and environment.
         root: folder of run folders.
         progress_bar: show one.
@@ -111,7 +111,7 @@ def train(config: RunConfig, seed: int, root: Path, progress_bar: bool = False) 
         store.write_config(draft, config, seed)
         store.write_command(draft)
         # Stable-Baselines3 saves an archive, and wants a name that says so.
-        agent.save(draft / ("agent.zip" if hasattr(agent, "get_parameters") else "agent.json"))
+        agent.save(draft / ("agent.zip" if is_stable_baselines(type(agent)) else "agent.json"))
         recorder.curve().to_csv(draft / "learning.csv", index=False)
         if recorder.snapshots:
             decisions, tables = zip(*recorder.snapshots, strict=True)
@@ -127,7 +127,7 @@ class LearningRecorder:
     decision.
     """
 
-    def __init__(self, env: Any, agent: Any, decisions: int) -> None:
+    def __init__(self, env: Any, agent: Agent, decisions: int) -> None:
         self._crawler: Any = env.unwrapped
         self._n = int(env.observation_space.n)
         self._gradient_updates = 0
@@ -148,15 +148,15 @@ class LearningRecorder:
     def _count_update(self, *_: Any) -> None:
         self._gradient_updates += 1
 
-    def record(self, agent: Any, last: bool = False) -> None:
+    def record(self, agent: Agent, last: bool = False) -> None:
         """Keep a point of the curve, unless this one is kept already; the last with its table of values."""
         done, table = getattr(agent, "num_timesteps", 0), getattr(agent, "q_table", None)
         if table is not None and last and self.snapshots and self.snapshots[-1][0] != done:
             self.snapshots.append((done, table.copy()))
         if self._rows and done == self._rows[-1][0]:
             return
-        believed = believed_policy(agent, self._n)
-        policy = "" if believed is None else policy_text(believed)
+        greedy = greedy_policy(agent, self._n)
+        policy = "" if greedy is None else policy_text(greedy)
         self._rows.append((done, self._gradient_updates, *self._crawler.lifetime, policy))
         if table is not None and (
             not self.snapshots or done - self.snapshots[-1][0] >= self._snapshot_interval

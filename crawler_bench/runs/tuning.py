@@ -13,7 +13,8 @@ import optuna
 import pandas as pd
 
 from crawler_bench.config.schema import Range, RunConfig, Tuning, override
-from crawler_bench.runs.sweep import Cell, read_outcomes, run_cells
+from crawler_bench.runs.results import read_outcomes
+from crawler_bench.runs.sweep import run_experiments
 
 SAMPLER_SEED = 2020
 STARTUP_TRIALS = 4  # drawn at random before the sampler learns from what it saw
@@ -27,13 +28,13 @@ def tune(
     Args:
         tuning: what to search, and how many trials.
         runs_root: folder of run folders.
-        jobs: parallel processes; 0 is one a core.
+        jobs: parallel processes; 0 is one per core.
         quiet: show no progress.
-        say: told of every trial.
+        say: is told every trial.
 
     Returns:
-        The run with the best settings, and a row a trial: trial, a column a setting, reward, a column of
-        rewards and of speeds for each regularization, error.
+        The run with the best settings, and one row per trial: trial, one column per setting, reward, rewards
+        and speeds at each regularization, error.
 
     Raises:
         RuntimeError: if every trial failed.
@@ -70,8 +71,7 @@ def _try(
 ) -> dict[str, Any]:
     """Reward and speed of one proposal, or what went wrong."""
     tried = tuning.model_copy(update={"run": override(tuning.run, chosen, tuning.name)})
-    cells = [Cell(tuning.name, config, seed) for config, seed in tried.runs()]
-    outcomes = run_cells(cells, runs_root, jobs=jobs, quiet=quiet)
+    outcomes = run_experiments([tried], runs_root, jobs=jobs, quiet=quiet)
     errors = [outcome.error for outcome in outcomes if outcome.error]
     if errors:
         return {"error": errors[0]}

@@ -5,9 +5,7 @@ import pytest
 import stable_baselines3
 import torch
 
-from agents.deep import REWARD_SCALE, ScaledRewards
-from agents.dqn import DQN
-from agents.ppo import PPO
+from agents.deep import DQN, PPO, REWARD_SCALE, ScaledRewards
 from crawler_bench.envs.crawler import CrawlerEnv
 from crawler_bench.envs.sb3 import CrawlerVecEnv
 

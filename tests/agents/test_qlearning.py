@@ -1,6 +1,8 @@
 """The hand-written learner against eq. 12: closed forms, and its two loops against each other."""
 
 import json
+import subprocess
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -181,6 +183,43 @@ def test_a_file_that_is_no_agent_is_refused(tmp_path: Path, text: str) -> None:
         QLearning.load(tmp_path / "agent.json")
 
 
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("observation", 123456789), ("observation", -1), ("observation", 1.5), ("q_table", [[0.2] * 9] * 10),
+        ("q_table", [[float("nan")] * 10] * 10), ("q_table", [[1.0]]), ("q_table", [[1.0], [1.0, 2.0]]),
+        ("num_timesteps", "x"), ("generators", []), ("environment", 5), ("environment", {}),
+        ("learning_rate", -1.0),
+    ],
+)  # fmt: skip
+def test_an_edited_agent_is_refused(tmp_path: Path, name: str, value: Any) -> None:
+    path = tmp_path / "agent.json"
+    QLearning(crawler(), seed=0).learn(100).save(path)
+    path.write_text(json.dumps(json.loads(path.read_text()) | {name: value}))
+    with pytest.raises(ValueError, match=r"agent\.json is not a saved Q-learning agent: ") as caught:
+        QLearning.load(path, crawler())
+    assert "\n" not in str(caught.value)
+
+
+CORRUPTED = """
+import gymnasium as gym, numpy as np, crawler_bench
+from agents.qlearning import QLearning
+for name, value in (("observation", 99), ("observation", -10**9), ("q_table", np.zeros((3, 3)))):
+    agent = QLearning(gym.make(crawler_bench.ENV_ID), seed=0).learn(10)
+    setattr(agent, name, value)
+    try:
+        agent.learn(10_000)
+    except ValueError as error:
+        print(name)
+"""
+
+
+def test_what_would_corrupt_memory_is_refused() -> None:
+    """In a process of its own, which the compiled loop may end."""
+    done = subprocess.run([sys.executable, "-c", CORRUPTED], capture_output=True, text=True, check=False)
+    assert done.stdout.split() == ["observation", "observation", "q_table"], (done.returncode, done.stderr)
+
+
 def test_the_callback_is_called_and_can_stop() -> None:
     seen: list[int] = []
 
@@ -214,7 +253,7 @@ def test_stable_baselines_evaluates_it_as_it_is() -> None:
 
 @pytest.mark.parametrize("settings", [
     {"learning_rate": 0.0}, {"learning_rate": 1.5}, {"discount": 1.0}, {"discount": -0.1},
-    {"initial_q": np.inf}, {"end_is_terminal": "no"},
+    {"initial_q": np.inf}, {"end_is_terminal": "no"}, {"compiled": "x"},
 ])  # fmt: skip
 def test_an_impossible_setting_is_refused(settings: dict[str, Any]) -> None:
     (name, _value), *_ = settings.items()

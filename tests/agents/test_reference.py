@@ -1,15 +1,16 @@
-"""The policies that do not learn, and the registry of agents."""
+"""The policies that do not learn, and the interface of all agents."""
 
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from agents import REGISTRY, agent_class, agent_spec
+from crawler_bench.config.files import AGENTS
 from crawler_bench.envs.crawler import CrawlerEnv
+from crawler_bench.runs.agent import agent_class
 
 
-@pytest.mark.parametrize("name", sorted(REGISTRY))
+@pytest.mark.parametrize("name", sorted(AGENTS))
 def test_every_registered_agent_has_the_whole_interface(name: str, tmp_path: Path) -> None:
     env = CrawlerEnv()
     agent = agent_class(name)(env, seed=0)
@@ -47,12 +48,3 @@ def test_still_stands_still() -> None:
         observation, *_, info = env.step(int(agent.predict(observation)[0]))
         places.append(info["centroid"])
     assert places[-1] - places[500] < 1e-3
-
-
-def test_names_and_classes_of_others() -> None:
-    assert agent_spec("qlearning") == "agents.qlearning:QLearning"
-    assert agent_spec("somewhere:Agent") == "somewhere:Agent"
-    with pytest.raises(ValueError, match="no agent is called 'qlerning'"):
-        agent_spec("qlerning")
-    with pytest.raises(ValueError, match="cannot be imported"):
-        agent_class("nowhere_at_all:Agent")

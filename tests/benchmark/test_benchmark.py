@@ -32,7 +32,7 @@ ENTRIES = [
     entry("random", "agents.reference:Random", decisions=0),
     entry("wave", "agents.reference:Wave", decisions=0),
     entry("table", "agents.qlearning:QLearning", decisions=6000),
-    entry("deep", "agents.ppo:PPO", decisions=128, crawlers=2, **SMALL_PPO),
+    entry("deep", "agents.deep:PPO", decisions=128, crawlers=2, **SMALL_PPO),
 ]
 
 

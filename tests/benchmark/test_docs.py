@@ -12,6 +12,7 @@ from stable_baselines3 import PPO
 from stable_baselines3.common.env_util import make_vec_env
 
 import crawler_bench
+from crawler_bench.config.files import AGENTS_GROUP
 
 ROOT = Path(__file__).parents[2]
 DOCUMENT = (ROOT / "docs" / "benchmark.md").read_text()
@@ -75,6 +76,4 @@ def test_the_environment_works_from_the_zoo_s_format():
 
 
 def test_the_entry_point_group_is_ours():
-    import agents
-
-    assert f'"{agents.ENTRY_POINT_GROUP}"' in block("toml", "entry-points")
+    assert f'"{AGENTS_GROUP}"' in block("toml", "entry-points")

@@ -18,7 +18,8 @@ from crawler_bench.runs import training
 
 ROOT = Path(cli.__file__).parents[2]
 COMMANDS = [
-    "reproduce", "train", "evaluate", "render", "tune", "benchmark", "reproduce-cell", "list", "doctor"
+    "reproduce", "train", "evaluate", "render", "tune", "benchmark", "reproduce-cell", "list", "doctor",
+    "warmup",
 ]  # fmt: skip
 SHORT = ("starts=2", "warm_up=5", "duration=40", "settle=10")
 SETTINGS = tuple(word for value in SHORT for word in ("--set", value))
@@ -93,23 +94,31 @@ def test_list_names_what_there_is():
 
 DOCTOR = """
 import sys
-from crawler_bench import cli
-from crawler_bench.cli import diagnosis
-def lost():
-    raise ValueError("another package")
-sick = [check for check in diagnosis.checks(lost) if not check.well]
-assert [check.what for check in sick] == ["agents"], sick
-assert "another package" in sick[0].found
-sys.argv = ["crawler-bench", "doctor"]
-cli.main()
+from crawler_bench.cli import main
+sys.argv[1:] = ["doctor"]
+main()
 """
 
 
-def test_doctor_finds_this_installation_well(tmp_path):
+def test_doctor_finds_nothing_wrong_here(tmp_path):
     done = python(DOCTOR, tmp_path)
     assert done.returncode == 0, done.stdout + done.stderr
     assert "PROBLEM" not in done.stdout
     assert "crawler_bench/Crawler-v0 steps" in done.stdout
+
+
+def test_doctor_finds_another_package_called_agents(tmp_path):
+    (tmp_path / "agents.py").write_text("")
+    done = python(DOCTOR, tmp_path, tmp_path)
+    assert done.returncode == 1
+    (problem,) = [line for line in done.stdout.splitlines() if line.startswith("PROBLEM")]
+    assert "openai-agents" in problem
+
+
+def test_warmup_compiles(tmp_path):
+    code, out, err = crawler_bench("warmup")
+    assert (code, err) == (0, "")
+    assert "ready to step" in out
 
 
 def test_train_makes_a_run_and_finds_it_again(trained):
@@ -167,6 +176,13 @@ def test_render_films_and_draws(trained, tmp_path):
         (("train", "qlearning", "--set", "n_segments=1"), "a whole number of at least 2"),
         (("train", "qlearning", "--config", "nowhere.yaml"), "nowhere.yaml"),
         (("train", "qlearning", "--seeds", "9-3"), "seeds are a number of them"),
+        (("train", "json:dumps"), "an agent is a class"),
+        (("train", "qlearning", "--set", "crawlers=4"), "qlearning learns from one crawler"),
+        (("train", "qlearning", "--set", "decisions=1e30"), "decisions"),
+        (("train", "qlearning", "--set", "duration=1e9"), "does not fit in memory"),
+        (("train", "qlearning", "--set", "decision_interval=500"), "at least one decision_interval"),
+        (("train", "qlearning", "--set", "n_segments=200000"), "n_segments must be at most"),
+        (("train", "qlearning", "--seeds", "0-99999999999"), "seeds are a number of them"),
         (("train", "qlearning", "--set", "settings.temperature=1"), "knows no 'temperature'"),
         (("train", "qlearning", "--set", "settings.discount=3"), "discount = 3"),
         (("train", "qlearning", "--set", "settings.discount=x"), "discount"),
@@ -184,15 +200,6 @@ def test_a_bad_command_is_answered_in_one_line(words, said, tmp_path, monkeypatc
     (tmp_path / "other" / "thesis.tex").write_text("precious")
     assert said in complaint(*words)
     assert {path.name for path in tmp_path.rglob("*.*")} == {"thesis.tex"}
-
-
-def test_another_package_called_agents_is_told_apart(tmp_path):
-    (tmp_path / "agents.py").write_text("")
-    listing = "import sys; from crawler_bench.cli import main; sys.argv[1:] = ['list']; main()"
-    done = python(listing, tmp_path, tmp_path)
-    assert done.returncode == 1
-    assert len(done.stderr.splitlines()) == 1
-    assert "openai-agents" in done.stderr
 
 
 @pytest.fixture(scope="module")

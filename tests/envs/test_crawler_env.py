@@ -93,6 +93,28 @@ def test_a_snapshot_of_the_state_alone_will_do(lost: list[str]) -> None:
         np.testing.assert_allclose(env.step(action)[1], twin.step(action)[1], atol=1e-12)
 
 
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("state", [[float("nan")] * 11] * 6), ("state", [[0.0] * 10] * 6), ("state", 5),
+        ("state", [[0.0], []]), ("odometer", [0.0, float("inf"), 0.0]), ("odometer", [0.0] * 4),
+        ("generator", {}), ("generator", {"bit_generator": "MT19937"}), ("course", None),
+    ],
+)  # fmt: skip
+def test_a_snapshot_that_is_none_is_refused_and_changes_nothing(name: str, value: Any) -> None:
+    env, twin = CrawlerEnv(), CrawlerEnv()
+    roll(env, 1, 57)
+    before = env.get_state()
+    if name == "course":
+        value = [[float("nan")] * 11] * len(before["course"])
+    with pytest.raises(ValueError, match=f"the crawler's {name}") as caught:
+        env.set_state(before | {name: value})
+    assert "\n" not in str(caught.value)
+    assert env.get_state() == before
+    with pytest.raises(ValueError, match="a crawler's state is a dictionary"):
+        twin.set_state([])  # type: ignore[arg-type]
+
+
 @pytest.mark.parametrize("other", [{"integrator": "step"}, {"tau_f": 0.4}, {"damping": 2.0}])
 def test_a_snapshot_of_one_body_goes_on_in_another(other: dict[str, Any]) -> None:
     """A course holds for the parameters for which it was laid; the state holds for all."""

@@ -11,8 +11,8 @@ from crawler_bench.envs.randomness import live_state, random
 from crawler_bench.envs.transition import _decide, begin, decide_and_report, make_task, report, unpack
 from crawler_bench.physics import CrawlerParameters
 from crawler_bench.physics.coefficients import coefficients
-from crawler_bench.physics.compilation import kernel
-from crawler_bench.physics.layout import PAPER_NODES, WORK, make_memory
+from crawler_bench.physics.compiled import kernel
+from crawler_bench.physics.state import PAPER_NODES, WORK, make_memory
 
 
 @pytest.mark.parametrize("parameters", [

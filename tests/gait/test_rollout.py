@@ -8,8 +8,8 @@ from scipy.stats import chisquare
 import crawler_bench
 from crawler_bench.gait import rollout as module
 from crawler_bench.gait.rollout import rollout
-from crawler_bench.physics.layout import DISPLACEMENT, FORCE, STRAIN, VELOCITY
 from crawler_bench.physics.parameters import CrawlerParameters
+from crawler_bench.physics.state import DISPLACEMENT, FORCE, STRAIN, VELOCITY
 from crawler_bench.runs.policy_table import action_table
 
 N = 10

@@ -16,11 +16,11 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from crawler_bench.physics import CrawlerParameters
+from crawler_bench.physics.as_printed import force_on_nodes, laplacian_of_chain
 from crawler_bench.physics.body import BACKWARD, FORWARD, STUCK, balance_forces
 from crawler_bench.physics.coefficients import coefficients
 from crawler_bench.physics.crawler import advance
-from crawler_bench.physics.layout import DISPLACEMENT, FORCE, SLIP, VELOCITY, rest_state, workspace
-from tests.physics.reference import laplacian_of_chain, net_force
+from crawler_bench.physics.state import DISPLACEMENT, FORCE, SLIP, VELOCITY, rest_state, workspace
 
 Array = NDArray[np.float64]
 STIFFNESS = 3.51
@@ -209,13 +209,13 @@ def test_few_solves_when_started_from_the_step_before(
     """Replay the balance of each step of a long random crawl and count."""
     p = CrawlerParameters(friction_forward=friction[0], friction_backward=friction[1])
     state, work, k = rest_state(p.n_segments), workspace(p.n_segments), coefficients(p)
-    laplacian, rng, solves, moving = laplacian_of_chain(p.n_segments + 1), np.random.default_rng(3), [], 0
+    rng, solves, moving, rest = np.random.default_rng(3), [], 0, np.zeros(p.n_segments + 1)
     for _ in range(60):
         action = int(rng.integers(p.n_segments))
         for _ in range(100):
             before = state.copy()
             advance(state, work, action, 1, k)
-            g = net_force(state[FORCE], p) - laplacian @ before[DISPLACEMENT]
+            g = force_on_nodes(before[DISPLACEMENT], rest, state[FORCE], p.damping, p.head_muscle)
             answer = balance(g, friction, before[SLIP], k.stiffness)
             np.testing.assert_allclose(answer.v, state[VELOCITY], atol=1e-9)
             solves.append(answer.solves)

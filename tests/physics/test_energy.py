@@ -13,10 +13,10 @@ import pytest
 from numpy.typing import NDArray
 
 from crawler_bench.physics import CrawlerParameters
+from crawler_bench.physics.as_printed import force_on_nodes, laplacian_of_chain
 from crawler_bench.physics.coefficients import coefficients
 from crawler_bench.physics.crawler import advance
-from crawler_bench.physics.layout import DISPLACEMENT, FORCE, VELOCITY, rest_state, workspace
-from tests.physics.reference import laplacian_of_chain, net_force
+from crawler_bench.physics.state import DISPLACEMENT, FORCE, VELOCITY, rest_state, workspace
 
 Array = NDArray[np.float64]
 
@@ -38,7 +38,7 @@ def energies_of_a_crawl(p: CrawlerParameters, actions: Sequence[int]) -> Array:
         friction = np.where(v > 0.0, p.forward_limit * v, -p.backward_limit * v)
         rows.append(
             (
-                p.dt * float(net_force(state[FORCE], p) @ v),
+                p.dt * float(force_on_nodes(0.0 * v, 0.0 * v, state[FORCE], p.damping, p.head_muscle) @ v),
                 0.5 * float(end @ laplacian @ end - u @ laplacian @ u),
                 p.dt * p.damping * stretching,
                 p.dt * float(friction.sum()),

@@ -6,17 +6,19 @@ from typing import Any
 
 import numpy as np
 import pytest
+from crawler_bench.physics.course import report
+from crawler_bench.physics.excitation import due, next_excitation
+from crawler_bench.physics.exits import exit_time
+from crawler_bench.physics.response import START, after, relaxation, respond, respond_near
 from hypothesis import Phase, given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from crawler_bench.physics import CrawlerParameters, exact
+from crawler_bench.physics.as_printed import force_on_nodes, simulate
 from crawler_bench.physics.coefficients import EVENT_TOLERANCE, coefficients
-from crawler_bench.physics.course import report
 from crawler_bench.physics.crawler import act
-from crawler_bench.physics.excitation import due, next_excitation
-from crawler_bench.physics.exits import exit_time
-from crawler_bench.physics.layout import (
+from crawler_bench.physics.state import (
     DISPLACEMENT,
     DRIVE,
     FORCE,
@@ -30,8 +32,6 @@ from crawler_bench.physics.layout import (
     WORK,
     make_memory,
 )
-from crawler_bench.physics.response import START, after, relaxation, respond, respond_near
-from tests.physics.reference import laplacian_of_chain, net_force, simulate
 
 Array = NDArray[np.float64]
 READINGS: list[dict[str, Any]] = [
@@ -137,11 +137,9 @@ def test_forces_balance_at_the_end_of_every_decision(
         n_segments=n, damping=damping, tau_m=taus[0], tau_f=taus[1], friction_forward=limits[0],
         friction_backward=limits[1], neuron_rate=neuron[0], spike_gain=neuron[1],
     )  # fmt: skip
-    laplacian = laplacian_of_chain(n + 1)
-
     for state in crawl(p, drawn(p, 150, seed))[1:]:
         u, v, slip, f = state[DISPLACEMENT], state[VELOCITY], state[SLIP], state[FORCE]
-        friction = net_force(f, p) - laplacian @ (u + damping * v)
+        friction = force_on_nodes(u, v, f, damping, p.head_muscle)
         forward, backward = slip > 0, slip < 0
         np.testing.assert_allclose(friction[forward], p.forward_limit, atol=1e-10)
         np.testing.assert_allclose(friction[backward], -p.backward_limit, atol=1e-10)
@@ -156,7 +154,7 @@ def test_forces_balance_at_the_end_of_every_decision(
     "reading", [{"n_segments": 2}, {"n_segments": 10}, {"tau_f": 1.0, "n_segments": 3}], ids=str
 )
 def test_it_agrees_with_the_printed_equations(reading: dict[str, Any]) -> None:
-    """Against the reference with the printed tanh friction; what differs is that friction's own creep."""
+    """With the printed tanh friction; what differs is that friction's own creep."""
     p = CrawlerParameters(**reading, decision_interval=0.8)
     actions = drawn(p, 6, 3)
     expected = simulate(p, actions)

@@ -11,18 +11,18 @@ from math import exp, log, pi
 
 import numpy as np
 import pytest
+from crawler_bench.physics.response import follow
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.integrate import quad
 
 from crawler_bench.physics import CrawlerParameters
+from crawler_bench.physics.as_printed import drive
 from crawler_bench.physics.coefficients import coefficients
 from crawler_bench.physics.crawler import advance
-from crawler_bench.physics.layout import DRIVE, FORCE, rest_state, workspace
 from crawler_bench.physics.muscle import any_leaves_limiter, relax_muscle, step_quiet_muscles
-from crawler_bench.physics.response import follow
-from tests.physics.reference import drive
+from crawler_bench.physics.state import DRIVE, FORCE, rest_state, workspace
 
 TIMES = st.floats(1e-3, 10.0)
 TAUS = st.floats(0.05, 5.0)
@@ -177,12 +177,13 @@ def test_the_drive_is_the_sum_over_spikes(spike_gain: float, dt: float) -> None:
     spikes = [pi / 2.0 + k * pi for k in range(4)]
     history = muscle_history(p, [1] * 9)
     for t, (F, f) in enumerate(history[:, :, 1], start=1):
-        assert F == pytest.approx(drive(t, spikes, p), rel=1e-11)
+        assert F == pytest.approx(drive(t, spikes, p.tau_m, p.spike_gain), rel=1e-11)
         corners = [0.0, *(s for s in spikes if s < t), float(t)]
         expected = 0.0
         for start, stop in pairwise(corners):
             expected = force_by_quadrature(
-                drive(start, spikes, p), expected, stop - start, p.tau_m, p.tau_f, p.muscle_force_max
-            )
+                drive(start, spikes, p.tau_m, p.spike_gain), expected, stop - start,
+                p.tau_m, p.tau_f, p.muscle_force_max,
+            )  # fmt: skip
         assert f == pytest.approx(expected, abs=1e-10)
         assert f <= p.muscle_force_max

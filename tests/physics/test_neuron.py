@@ -12,8 +12,8 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
+from crawler_bench.physics.as_printed import follow_theta
 from crawler_bench.physics.neuron import NO_SPIKE, step_neuron, step_neurons_off
-from tests.physics.reference import follow_theta
 
 PHASES = ("pi", "2pi")
 SPIKE_TIME_ERROR = 1e-7  # of the integrated theta, whose crossing is interpolated

@@ -16,7 +16,7 @@ from crawler_bench.readings.frames import read_reading, summarize
 from crawler_bench.readings.laboratory import Laboratory, Scored
 from crawler_bench.readings.scoring import RESAMPLES
 from crawler_bench.readings.search import RANGES
-from crawler_bench.readings.sizes import FULL, SMOKE
+from crawler_bench.readings.sizes import FULL, smoke
 from crawler_bench.readings.study import Study, is_rival
 from crawler_bench.report import blocks
 from tests.readings.test_scoring import plant, score
@@ -26,12 +26,8 @@ ALL = readings()
 
 @pytest.fixture(scope="module")
 def bases() -> dict[str, RunConfig]:
-    specs = {"qlearning": "agents.qlearning:QLearning", "random": "agents.reference:Random"}
-    found = {}
-    for name in ("regularized", "unregularized", "untrained"):
-        run = load_experiment(config_folder() / "paper" / f"{name}.yaml").run
-        found[name] = run.model_copy(update={"agent": specs[run.agent]})
-    return found
+    names = ("regularized", "unregularized", "untrained")
+    return {name: load_experiment(config_folder() / "paper" / f"{name}.yaml").run for name in names}
 
 
 def test_every_reading_has_its_own_name_and_its_own_values(bases):
@@ -108,7 +104,7 @@ def test_an_unknown_reading_gets_one_line_with_a_suggestion():
 
 def test_presets_know_their_readings():
     assert FULL.readings() == ALL
-    assert {each.name for each in SMOKE.readings()} == set(SMOKE.names)
+    assert {each.name for each in smoke().readings()} == set(smoke().names)
     assert len(FULL.seeds) >= 5
     assert not set(FULL.seeds) & set(FULL.fresh)
 
@@ -183,7 +179,7 @@ def test_the_ranking_marks_the_default_and_says_what_the_search_tried(bases):
 
 def test_what_two_readings_share_runs_once(bases, tmp_path):
     small = {
-        name: SMOKE.apply(run).model_copy(update={"decisions": min(run.decisions, 500)})
+        name: smoke().apply(run).model_copy(update={"decisions": min(run.decisions, 500)})
         for name, run in bases.items()
     }
     laboratory = Laboratory(small, tmp_path, jobs=1, quiet=True)
@@ -200,7 +196,7 @@ def test_what_two_readings_share_runs_once(bases, tmp_path):
 
 
 def test_a_reading_that_cannot_run_is_kept_and_counts_as_silence(bases, tmp_path):
-    broken = {name: SMOKE.apply(run) for name, run in bases.items()}
+    broken = {name: smoke().apply(run) for name, run in bases.items()}
     wrong = Reading("wrong", "alone", {"settings.nonsense": 1})
     (found,) = Laboratory(broken, tmp_path, jobs=1, quiet=True).run([wrong], (0,))
     assert len(found.errors) == 2

@@ -1,19 +1,23 @@
 """Policies as tables: what an agent's table says is what the agent does."""
 
+import subprocess
+import sys
+
 import numpy as np
 import pytest
 
-from agents.dqn import DQN
-from agents.ppo import PPO
+from agents.deep import DQN, PPO
 from agents.qlearning import QLearning
 from agents.reference import Random, Wave
-from crawler_bench.config.schema import ConfigError
+from crawler_bench.config.schema import ConfigError, RunConfig, override
 from crawler_bench.envs.crawler import CrawlerEnv
 from crawler_bench.envs.sb3 import CrawlerVecEnv
 from crawler_bench.gait.metrics import speed
 from crawler_bench.gait.rollout import rollout
 from crawler_bench.physics.parameters import CrawlerParameters
-from crawler_bench.runs.policy_table import DRAWS, action_table, believed_policy
+from crawler_bench.runs.policy_files import Policy, read_policy, write_policy
+from crawler_bench.runs.policy_table import DRAWS, action_table, greedy_policy
+from crawler_bench.runs.store import NotARunError
 
 N = 10
 
@@ -136,14 +140,55 @@ def test_an_answer_that_is_no_action_is_refused(answer):
 def test_probabilities_that_are_none_are_refused(told):
     agent = Coin()
     agent.action_probabilities = told
-    with pytest.raises(ConfigError, match=r"Coin\.action_probabilities must be an array of 3 rows of 3"):
+    with pytest.raises(ConfigError, match=r"Coin\.action_probabilities: a policy is 3 rows of 3"):
         action_table(agent, 3)
 
 
+BAD_ROWS = {
+    "infinite": [np.inf, 0, 0], "huge": [1e308] * 3, "zero": [0, 0, 0], "tiny": [5e-324, 0, 0],
+    "negative": [2, -1, 0], "not a number": [np.nan, 0, 1], "two": [1, 1, 0], "nearly": [1 - 1e-5, 0, 0],
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("row", BAD_ROWS.values(), ids=BAD_ROWS)
+def test_a_policy_file_is_checked_wholly(row, tmp_path):
+    run = override(RunConfig(), {"n_segments": 3}, "test")
+    write_policy(Policy(run, 0, {"deterministic": np.eye(3)}), tmp_path / "good.json")
+    assert read_policy(tmp_path / "good.json").tables["deterministic"].tolist() == np.eye(3).tolist()
+    table = np.eye(3)
+    table[1] = row
+    write_policy(Policy(run, 0, {"deterministic": table}), tmp_path / "bad.json")
+    with pytest.raises(NotARunError, match=r"bad\.json is not a policy: a policy is 3 rows of 3"):
+        read_policy(tmp_path / "bad.json")
+
+
+ANY_TABLE = """
+import numpy as np
+from crawler_bench.gait.rollout import rollout
+from crawler_bench.physics.parameters import CrawlerParameters
+crawl = dict(warm_up=0, duration=200, noise=0, start=(0,))
+for row in {rows}:
+    record = rollout(CrawlerParameters(n_segments=3), np.tile(row, (3, 1)), **crawl)
+    assert 0 <= record.action.min() <= record.action.max() < 3, row
+print("done")
+"""
+
+
+def test_no_table_leads_a_rollout_out_of_its_row():
+    """In a process of its own, which an index beyond the table may end."""
+    code = "from numpy import inf, nan\n" + ANY_TABLE.format(rows=list(BAD_ROWS.values()))
+    done = subprocess.run(
+        [sys.executable, "-W", "ignore", "-c", code], capture_output=True, text=True, check=False
+    )
+    assert done.stdout == "done\n", (done.returncode, done.stderr)
+    with pytest.raises(ValueError, match="a table of 10 x 10"):
+        rollout(CrawlerParameters(), np.eye(3), warm_up=0, duration=1, noise=0, start=(0,))
+
+
 def test_asking_for_the_policy_does_not_disturb_the_learning(ppo):
-    assert believed_policy(Coin(), 3) is None
-    np.testing.assert_array_equal(believed_policy(ppo, N), action_table(ppo, N))
+    assert greedy_policy(Coin(), 3) is None
+    np.testing.assert_array_equal(greedy_policy(ppo, N), action_table(ppo, N))
     q = QLearning(CrawlerEnv(), seed=0).learn(100)
     state = q.rng.bit_generator.state
-    assert believed_policy(q, N) is not None
+    assert greedy_policy(q, N) is not None
     assert q.rng.bit_generator.state == state

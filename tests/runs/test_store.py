@@ -193,7 +193,7 @@ from crawler_bench.runs.store import training_key
 from crawler_bench.config.schema import RunConfig
 from crawler_bench.physics.coefficients import coefficients
 from crawler_bench.physics.crawler import advance
-from crawler_bench.physics.layout import rest_state, workspace
+from crawler_bench.physics.state import rest_state, workspace
 state = rest_state(4)
 parameters = crawler_bench.physics.CrawlerParameters(n_segments=4, integrator="step")
 advance(state, workspace(4), 2, 2000, coefficients(parameters))

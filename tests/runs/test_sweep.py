@@ -13,7 +13,8 @@ import pytest
 
 from crawler_bench.config.schema import RunConfig, override
 from crawler_bench.runs import evaluation, store, training
-from crawler_bench.runs.sweep import Cell, read_outcomes, run_cells
+from crawler_bench.runs.results import read_outcomes
+from crawler_bench.runs.sweep import Cell, run_cells
 
 ROOT = Path(store.__file__).parents[2]
 SHORT = {"starts": 2, "warm_up": 5, "duration": 40, "settle": 5, "evaluation.noise": [0, 0.1]}
@@ -125,10 +126,8 @@ def test_results_do_not_depend_on_the_number_of_jobs(finished, tmp_path):
 
 
 BROKEN = """
-class Broken:
-    def __init__(self, env, seed=None):
-        pass
-
+from agents.reference import Random
+class Broken(Random):
     def learn(self, total_timesteps, callback=None, progress_bar=False):
         raise ZeroDivisionError("no luck today")
 """

@@ -89,7 +89,7 @@ def test_what_is_compared_as_tuned_is_what_the_search_found(agent):
     folder = config_folder()
     tuning, entry = (
         load_tuning(folder / "tuning" / f"{agent}.yaml"),
-        load_experiment(folder / "bench" / f"{agent}-tuned.yaml"),
+        load_experiment(folder / "benchmark" / f"{agent}-tuned.yaml"),
     )
     trials = pd.read_csv(RESULTS / f"{agent}.csv")
     assert len(trials) == tuning.trials
@@ -99,4 +99,4 @@ def test_what_is_compared_as_tuned_is_what_the_search_found(agent):
         name = key.removeprefix("settings.")
         assert entry.run.settings[name] == found[name] == pytest.approx(best[key], rel=1e-8)
     assert not set(tuning.seeds) & set(entry.seeds)
-    assert load_experiment(folder / "bench" / f"{agent}.yaml").run.decisions == entry.run.decisions
+    assert load_experiment(folder / "benchmark" / f"{agent}.yaml").run.decisions == entry.run.decisions

@@ -1,0 +1,58 @@
+"""The decorator of every function that is compiled to machine code."""
+
+import sys
+from collections.abc import Callable
+from typing import Any, ParamSpec, TypeVar
+
+import numba
+from numba.core import event
+
+from crawler_bench.physics.compiled.cache import cache_folder
+
+Arguments = ParamSpec("Arguments")
+Result = TypeVar("Result")
+
+SECONDS = 10  # about how long it takes to compile what a first decision needs
+
+config: Any = numba.config  # a module that numba fills while it is imported
+njit: Any = numba.njit  # its declared type lacks an option used here
+
+
+def kernel(function: Callable[Arguments, Result]) -> Callable[Arguments, Result]:
+    """Compile a function to machine code at its first call; keep the code on disk.
+
+    It calls other kernels only, divides as NumPy does, and lets other threads run Python meanwhile.
+
+    Numba counts the references to arrays, with an atomic instruction each, where it cannot prove that they do
+    not change; in a loop over nodes that takes longer than the physics. The option `_nrt=False` says that no
+    kernel makes an array, so that there is nothing to count. It is numba's own and may go: then leave it out.
+    """
+    previous = config.CACHE_DIR
+    config.CACHE_DIR = str(cache_folder())  # read once, while the decorator below chooses its cache
+    try:
+        compiled: Callable[Arguments, Result] = njit(
+            cache=True, error_model="numpy", no_cfunc_wrapper=True, nogil=True, _nrt=False
+        )(function)
+    finally:
+        config.CACHE_DIR = previous
+    return compiled
+
+
+class _Announcement(event.Listener):  # type: ignore[misc]
+    """Says once that compiling takes a while: it happens at a first call, where nobody expects it."""
+
+    def __init__(self) -> None:
+        self.is_made = False
+
+    def on_start(self, event: Any) -> None:
+        """Speak, if the first of our kernels is being compiled."""
+        is_ours = event.data["dispatcher"].py_func.__module__.split(".")[0] == __name__.split(".")[0]
+        if is_ours and not self.is_made:
+            self.is_made = True
+            print(f"compiling the physics (once, about {SECONDS} s)", file=sys.stderr, flush=True)
+
+    def on_end(self, event: Any) -> None:
+        """Nothing is to be said."""
+
+
+event.register("numba:compile", _Announcement())

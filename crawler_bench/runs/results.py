@@ -1,0 +1,132 @@
+"""What finished runs measured, as tidy frames: one row per run, per start and per cycle."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import pandas as pd
+
+from crawler_bench.config.schema import RunConfig
+from crawler_bench.gait import metrics
+from crawler_bench.runs.evaluation import Evaluation, read_evaluation
+from crawler_bench.runs.sweep import Outcome
+
+
+@dataclass(frozen=True)
+class Measured:
+    """A trained policy with what is known of it.
+
+    Attributes:
+        key: what its rows are labelled by.
+        name: of its folder or file.
+        evaluation: its measures.
+        learning: its learning curve; empty where it is not known.
+    """
+
+    key: dict[str, object]
+    name: str
+    evaluation: Evaluation
+    learning: pd.DataFrame
+
+
+def read_outcomes(outcomes: Sequence[Outcome]) -> tuple[pd.DataFrame, pd.DataFrame, pd.DataFrame]:
+    """Collect what finished cells measured, keyed by experiment, agent, regularization and seed.
+
+    Returns:
+        runs, one row per run; evaluations, one per run, noise and start; cycles, one per cycle.
+    """
+    measured = []
+    for outcome in outcomes:
+        if outcome.folder is None or outcome.evaluation is None:
+            continue
+        key = label(outcome.cell.experiment, outcome.cell.config, outcome.cell.seed)
+        learning = pd.read_csv(outcome.folder / "learning.csv")
+        measured.append(Measured(key, outcome.folder.name, read_evaluation(outcome.evaluation), learning))
+    return tabulate(measured)
+
+
+def label(experiment: str, config: RunConfig, seed: int) -> dict[str, object]:
+    """What the rows of a run are keyed by."""
+    return {
+        "experiment": experiment,
+        "agent": config.agent.rpartition(":")[2].lower(),
+        "regularization": config.environment.regularization,
+        "seed": seed,
+    }
+
+
+def tabulate(measured: Sequence[Measured]) -> tuple[pd.DataFrame, pd.DataFrame, pd.DataFrame]:
+    """The frames that `read_outcomes` returns, of policies wherever they come from."""
+    if not measured:
+        return pd.DataFrame(), pd.DataFrame(), pd.DataFrame()
+    runs = [each.key | summarize(each.evaluation, each.learning) | {"run": each.name} for each in measured]
+    evaluations, cycles = (
+        [pd.DataFrame(each.key, index=frame.index).join(frame) for each, frame in frames]
+        for frames in (
+            [(each, each.evaluation.starts) for each in measured],
+            [(each, each.evaluation.cycles) for each in measured],
+        )
+    )
+    return pd.DataFrame(runs), pd.concat(evaluations, ignore_index=True), pd.concat(cycles, ignore_index=True)
+
+
+def summarize(evaluation: Evaluation, learning: pd.DataFrame) -> dict[str, object]:
+    """One run in one row: gait metrics are means over the starts that move, speeds as their names say."""
+    starts = evaluation.starts
+    quiet = starts[starts["noise"] == starts["noise"].iloc[0]]
+    moving = quiet[~quiet["stalled"].astype(bool)]
+    policy = evaluation.table.argmax(axis=1)
+    settings = ["noise", "start", "speed", "reward", "stalled", "cycle_duration", "cycles"]
+    durations = evaluation.cycles["duration"]
+    row: dict[str, object] = {
+        "policy": metrics.policy_text(evaluation.table),
+        "observations": len(policy),
+        "diagonal_distance": metrics.diagonal_distance(policy),
+        "off_diagonal": metrics.off_diagonal(evaluation.table),
+        "speed": quiet["speed"].mean(),
+        "speed_median": quiet["speed"].median(),
+        "speed_moving": moving["speed"].mean(),
+        "reward": quiet["reward"].mean(),
+        "stall_share": quiet["stalled"].astype(float).mean(),
+        "decisions": _last(learning, "decisions"),
+        "gradient_updates": _last(learning, "gradient_updates"),
+        "speed_learning": _learning_speed(learning, 0.0),
+        "speed_learning_end": _learning_speed(learning, 0.9),
+        "cycles": len(durations),
+        "cycle_duration": durations.mean(),
+        "waves_per_tau": 1 / durations.mean() if len(durations) else float("nan"),
+    }
+    averages: dict[str, object] = moving.drop(columns=settings).mean().to_dict()
+    return row | averages
+
+
+def _last(learning: pd.DataFrame, column: str) -> float:
+    return float(learning[column].iloc[-1]) if len(learning) else float("nan")
+
+
+def _learning_speed(learning: pd.DataFrame, since: float) -> float:
+    """Speed while learning, from a share of the run to its end; NaN for an agent that does not learn."""
+    if len(learning) < 2:
+        return float("nan")
+    start = learning.iloc[int(since * len(learning))] if since else pd.Series({"time": 0.0, "distance": 0.0})
+    end = learning.iloc[-1]
+    elapsed = end["time"] - start["time"]
+    return float((end["distance"] - start["distance"]) / elapsed) if elapsed > 0 else float("nan")
+
+
+def typical_run(runs: pd.DataFrame, outcomes: Sequence[Outcome]) -> Outcome:
+    """The run to show of several: of those with the commonest policy, the median one by reward.
+
+    Args:
+        runs: one row per run and mode, of these outcomes and others.
+        outcomes: of one experiment, regularization and mode.
+
+    Raises:
+        RuntimeError: if none of them succeeded.
+    """
+    finished = {each.folder.name: each for each in outcomes if each.folder is not None}
+    rows = runs[runs["run"].isin(list(finished))].drop_duplicates("run") if finished else runs
+    if not finished:
+        raise RuntimeError("no run succeeded: there is nothing to show")
+    shared = rows["policy"].map(rows["policy"].value_counts())
+    commonest = rows[shared == shared.max()].sort_values(["reward", "seed"])
+    return finished[commonest.iloc[(len(commonest) - 1) // 2]["run"]]
