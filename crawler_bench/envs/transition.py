@@ -33,7 +33,7 @@ END_NAMES = (None, "distance", "time")
 
 
 class Task(NamedTuple):
-    """What is asked of which crawler, as the kernels need it."""
+    """A crawler and its task, as the kernels take them."""
 
     regularization: float  # epsilon of [M20, eq. 11]
     noise: float  # largest error s of a sensed strain

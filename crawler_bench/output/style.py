@@ -169,6 +169,11 @@ def grouped(number: float) -> str:
     return f"{number:,.0f}".replace(",", "\u2009")
 
 
+def square(axes: Axes, n: int) -> None:
+    """Limits and ticks of an N x N matrix, row 0 on top."""
+    axes.set(xticks=part_ticks(n), yticks=part_ticks(n), xlim=(-0.5, n - 0.5), ylim=(n - 0.5, -0.5))
+
+
 def part_ticks(parts: int, first: int = 0) -> list[int]:
     """Numbers of the parts of a body to write at an axis: all, or about ten of many."""
     return list(range(first, first + parts, max(1, -(-parts // 11))))

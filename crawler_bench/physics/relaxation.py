@@ -1,4 +1,4 @@
-"""How relaxations answer to relaxations: the functions of time of which the exact integrator's terms are sums.
+"""How relaxations respond to relaxations: the functions of time that the exact integrator's terms add up.
 
 Between events a spike's drive decays as e_m = exp(-t / tau_m). Forces and displacements follow it through up
 to two relaxations more, so every quantity is a sum of these functions of the time t since the epoch:
@@ -111,7 +111,7 @@ def _series(x: float) -> float:
 
 @kernel
 def _second_difference(x: float, y: float, z: float) -> float:
-    """Divided difference of exp at three points, any of which may be equal."""
+    """Divided difference of exp at three points, equal or not."""
     low, high = min(x, y, z), max(x, y, z)
     middle = x + y + z - low - high
     if high - low > CLOSE_EXPONENTS:

@@ -210,7 +210,7 @@ def test_responses_are_carried_on_from_one_time_to_another(
 
 @pytest.mark.parametrize("reading", READINGS, ids=str)
 def test_the_course_is_that_of_the_state(reading: dict[str, Any]) -> None:
-    """A crawler of which the state alone is known goes on like one that has kept its course."""
+    """A crawler known by its state alone continues like one that has kept its trajectory."""
     p = CrawlerParameters(**reading)
     memory, k = make_memory(p.n_segments), coefficients(p)
     for action in drawn(p, 60):

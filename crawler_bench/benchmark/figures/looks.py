@@ -33,7 +33,7 @@ class Look:
     dashes: str
 
 
-def looks(agents: Iterable[str]) -> dict[str, Look]:
+def of_agents(agents: Iterable[str]) -> dict[str, Look]:
     """A look for each agent: a variant ("name-something" where there is a "name") is its dashed twin."""
     names = list(dict.fromkeys(agents))
     origin = {name: _origin(name, names) for name in names}
