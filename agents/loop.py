@@ -24,6 +24,15 @@ def greedy(values: NDArray[np.float64], rng: State) -> int:
 
 
 @kernel
+def highest(values: NDArray[np.float64]) -> float:
+    """The highest of the values."""
+    best = -np.inf
+    for value in values:
+        best = max(best, value)
+    return best
+
+
+@kernel
 def update(Q: NDArray[np.float64], o: int, a: int, target: float, alpha: float) -> None:
     """Move Q(o, a) towards the target r + gamma max_a' Q(o', a') [M20, eq. 12]."""
     Q[o, a] = (1.0 - alpha) * Q[o, a] + alpha * target
@@ -47,6 +56,6 @@ def learn_on_crawler(
         a = greedy(Q[o], rng)
         o_next, r, _, _, _, end = decide(memory, a, task, env_rng)
         ended = end != RUNNING  # by distance or time, which truncates: worth looking through
-        update(Q, o, a, r + (0.0 if ended and end_is_terminal else gamma * Q[o_next].max()), alpha)
+        update(Q, o, a, r + (0.0 if ended and end_is_terminal else gamma * highest(Q[o_next])), alpha)
         o = begin(memory, task, env_rng) if ended else o_next
     return o

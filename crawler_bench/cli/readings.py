@@ -23,8 +23,12 @@ def readings(
     check: Annotated[
         int, typer.Option(min=0, help="Re-run this many rows of the table from scratch, and compare.")
     ] = 0,
+    search: Annotated[
+        bool, typer.Option("--search", help="Search the joint space instead, in three stages.")
+    ] = False,
     out: Annotated[
-        Path | None, typer.Option(help="Where to write; default results/readings or results/readings-smoke.")
+        Path | None,
+        typer.Option(help="Where to write; default results/readings, or results/search; with -smoke."),
     ] = None,
     runs: Runs = RUNS,
     jobs: Jobs = 0,
@@ -37,8 +41,11 @@ def readings(
     from crawler_bench.readings.sizes import FULL, smoke
 
     size = smoke() if preset is Preset.smoke else FULL
-    folder = out or Path("results") / ("readings-smoke" if preset is Preset.smoke else "readings")
-    if check:
+    name = ("search" if search else "readings") + ("-smoke" if preset is Preset.smoke else "")
+    folder = out or Path("results") / name
+    if search:
+        _search(_laboratory(size, runs, jobs, quiet), size, runs / name, folder)
+    elif check:
         with tempfile.TemporaryDirectory() as fresh:
             _check(_laboratory(size, Path(fresh), jobs, quiet), size, folder, check)
     elif only:
@@ -55,6 +62,19 @@ def _laboratory(size: "Size", runs: Path, jobs: int, quiet: bool) -> "Laboratory
     for name in EXPERIMENTS:
         bases[name] = size.apply(load_experiment(config_folder() / "paper" / f"{name}.yaml").run)
     return Laboratory(bases, runs, jobs, quiet)
+
+
+def _search(laboratory: "Laboratory", size: "Size", scratch: Path, folder: Path) -> None:
+    from crawler_bench.readings.stages import search
+
+    require_ours(folder, "search", "finals.csv")
+    finals = search(
+        laboratory.bases, size, scratch=scratch, folder=folder, jobs=laboratory.jobs,
+        say=logger(laboratory.quiet),
+    )  # fmt: skip
+    shown = ["reading", "failures", "free", "score", "on_diagonal", "random_ratio", "kept", "speed"]
+    print_frame(finals[shown])
+    console.print(f"Written to {folder}: trials, the best again, finals, figures.", soft_wrap=True)
 
 
 def _check(laboratory: "Laboratory", size: "Size", folder: Path, number: int) -> None:

@@ -14,7 +14,7 @@ from crawler_bench.physics.parameters import CrawlerParameters
 from crawler_bench.physics.state import STATE, layout, make_memory, nodes_of, odometer_of
 
 Info = dict[str, Any]
-_COUNTS = ("episode_decisions", "lifetime_decisions", "lifetime_distance")
+_COUNTS = ("episode_intervals", "lifetime_intervals", "lifetime_distance", "observation")
 
 
 class CrawlerEnv(gym.Env[np.int64, np.int64]):
@@ -179,13 +179,13 @@ class CrawlerEnv(gym.Env[np.int64, np.int64]):
         }
 
     def _time(self) -> float:
-        return float(self.odometer["episode_decisions"]) * self.parameters.decision_interval
+        return float(self.odometer["episode_intervals"]) * self.parameters.decision_interval
 
     @property
     def lifetime(self) -> tuple[float, float]:
         """Time (tau_theta) and distance (L) crawled in all episodes so far."""
         odometer = self.odometer
-        time = odometer["lifetime_decisions"] * self.parameters.decision_interval
+        time = odometer["lifetime_intervals"] * self.parameters.decision_interval
         return float(time), float(odometer["lifetime_distance"])
 
     def get_state(self) -> dict[str, Any]:

@@ -105,7 +105,7 @@ class CrawlerVecEnv(VecEnv):
         """Time and distance that all crawlers together have crawled since they were made, through resets."""
         odometers = self.crawlers.odometers
         intervals = np.array([each.decision_interval for each in self.crawlers.parameters])
-        time = float((odometers["lifetime_decisions"] * intervals).sum())
+        time = float((odometers["lifetime_intervals"] * intervals).sum())
         return time, float(odometers["lifetime_distance"].sum())
 
     def close(self) -> None:

@@ -35,10 +35,12 @@ END_NAMES = (None, "distance", "time")
 class Task(NamedTuple):
     """A crawler and its task, as the kernels take them."""
 
-    regularization: float  # epsilon of [M20, eq. 11]
+    penalty: float  # what r_2 of [M20, eq. 11] costs in each decision: epsilon, or 0
+    penalty_rate: float  # what it costs in each decision interval: 0, or epsilon times the interval
     noise: float  # largest error s of a sensed strain
     episode_distance: float  # L
-    episode_decisions: float  # decisions until the time limit
+    episode_intervals: float  # decision intervals until the time limit
+    longest_hold: int  # decision intervals for which an action is held at the most
     k: Coefficients
 
 
@@ -76,12 +78,15 @@ def make_task(
     _require_at_least_zero("noise", noise)
     _require_positive("episode_distance", episode_distance)
     _require_positive("time_limit", time_limit)
+    per_decision = parameters.penalty == "decision"
     task = Task(
-        regularization=float(regularization),
+        penalty=float(regularization) if per_decision else 0.0,
+        penalty_rate=0.0 if per_decision else float(regularization) * parameters.decision_interval,
         noise=float(noise),
         episode_distance=float(episode_distance),
-        # The last decision may begin before the time limit, never at it; rounding must not add one.
-        episode_decisions=float(np.ceil(time_limit / parameters.decision_interval * (1 - 1e-12))),
+        # The last interval may begin before the time limit, never at it; rounding must not add one.
+        episode_intervals=float(np.ceil(time_limit / parameters.decision_interval * (1 - 1e-12))),
+        longest_hold=parameters.intervals_per_decision,
         k=coefficients(parameters),
     )
     takes_steps = parameters.integrator == "step" or may_balance(parameters)
@@ -111,12 +116,15 @@ def begin(memory: Memory, task: Packed, rng: State) -> int:
         The observation.
     """
     memory[LIFETIME:] = 0.0
-    return observe(parts(memory)[2], task[0].view(TASK)[0], rng)
+    odometers, _, nodes = parts(memory)
+    observation = observe(nodes, task[0].view(TASK)[0], rng)
+    odometers[0].observation = observation
+    return observation
 
 
 @kernel
 def decide(memory: Memory, action: int, task: Packed, rng: State) -> Decision:
-    """Hold one neuron ON for a decision interval.
+    """Hold one neuron ON for a decision interval, or until the observation changes (reading `decide_on`).
 
     Args:
         memory: changed in place; `report` completes it.
@@ -126,19 +134,24 @@ def decide(memory: Memory, action: int, task: Packed, rng: State) -> Decision:
     """
     odometers, clocks, nodes = parts(memory)
     odometer, t = odometers[0], task[0].view(TASK)[0]
-    act(nodes, clocks[0], action, t.k, task[1])
-    centroid, gradient = measure(nodes)
-    displacement, odometer.centroid = centroid - odometer.centroid, centroid
-    odometer.episode_decisions += 1.0
-    odometer.lifetime_decisions += 1.0
+    before, held, end = odometer.centroid, 0, RUNNING
+    while True:
+        act(nodes, clocks[0], action, t.k, task[1])
+        held += 1
+        centroid, gradient = measure(nodes)
+        odometer.episode_intervals += 1.0
+        if centroid >= t.episode_distance:
+            end = DISTANCE
+        elif odometer.episode_intervals >= t.episode_intervals:
+            end = TIME
+        observation = observe(nodes, t, rng)
+        if end != RUNNING or held >= t.longest_hold or observation != odometer.observation:
+            break
+    displacement, odometer.centroid = centroid - before, centroid
+    odometer.observation = observation
+    odometer.lifetime_intervals += held
     odometer.lifetime_distance += displacement
-    end = RUNNING
-    if centroid >= t.episode_distance:
-        end = DISTANCE
-    elif odometer.episode_decisions >= t.episode_decisions:
-        end = TIME
-    observation = observe(nodes, t, rng)
-    reward = displacement - t.regularization * gradient
+    reward = displacement - (t.penalty + t.penalty_rate * held) * gradient
     return Decision(observation, reward, displacement, gradient, centroid, end)
 
 

@@ -104,7 +104,7 @@ class CrawlerVectorEnv(VectorEnv[Any, Any, Any]):
         crawlers = self.crawlers
         nodes, outcome = crawlers.nodes, crawlers.outcome.copy()
         return {
-            "time": crawlers.odometers["episode_decisions"] * self._intervals,
+            "time": crawlers.odometers["episode_intervals"] * self._intervals,
             "centroid": outcome[:, CENTROID],
             "displacement": outcome[:, DISPLACED],
             "strain_gradient": outcome[:, GRADIENT],

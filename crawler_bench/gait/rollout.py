@@ -4,6 +4,8 @@ A memoryless policy on N observations is a table of N x N action probabilities, 
 compiled loop rolls out every agent.
 """
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -47,15 +49,18 @@ def rollout(
     n = parameters.n_segments
     if table.shape != (n, n):
         raise ValueError(f"a table of {n} x {n} probabilities is needed, not of the shape {table.shape}")
-    memory, quiet = make_memory(n), make_task(parameters)
+    hold = parameters.intervals_per_decision
+    interval = replace(parameters, decide_on="interval")  # a sample at each
+    memory, quiet = make_memory(n), make_task(interval)
     first = begin(memory, quiet, start_rng)
     uniform = np.cumsum(np.full((n, n), 1.0 / n), axis=1)
     settle = round(warm_up / parameters.decision_interval)
-    observation = _crawl(memory, first, uniform, quiet, start_rng, start_rng, *_pages(settle, n))
+    observation = _crawl(memory, first, uniform, quiet, hold, start_rng, start_rng, *_pages(settle, n))
     steps = round(duration / parameters.decision_interval)
     samples, actions = _pages(steps, n)
-    task = make_task(parameters, noise=noise)
-    _crawl(memory, observation, np.cumsum(table, axis=1), task, noise_rng, policy_rng, samples, actions)
+    task = make_task(interval, noise=noise)
+    cumulative = np.cumsum(table, axis=1)
+    _crawl(memory, observation, cumulative, task, hold, noise_rng, policy_rng, samples, actions)
     time = parameters.decision_interval * np.arange(steps + 1, dtype=np.float64)
     return Record(time, samples[:, 0], samples[:, 1], samples[:, 2], samples[:, 3], actions)
 
@@ -70,19 +75,27 @@ def _crawl(
     observation: int,
     cumulative: Array,
     task: Packed,
+    hold: int,
     noise_rng: State,
     policy_rng: State,
     samples: Array,
     actions: NDArray[np.int64],
 ) -> int:
-    """Follow a table of cumulative action probabilities; fill `samples` and `actions`."""
+    """Follow a table of cumulative action probabilities; fill `samples` and `actions`.
+
+    An action is drawn when the observation changes, and after `hold` intervals.
+    """
     _sample(memory, task, samples[0])
+    action, acted_on, held = 0, -1, 0
     for t in range(actions.size):
-        row = cumulative[observation]
-        drawn, action = random(policy_rng) * row[-1], 0
-        while action < row.size - 1 and row[action] <= drawn:  # any table: an index never leaves its row
-            action += 1
+        if observation != acted_on or held >= hold:
+            row = cumulative[observation]
+            drawn, action = random(policy_rng) * row[-1], 0
+            while action < row.size - 1 and row[action] <= drawn:  # any table: an index never leaves its row
+                action += 1
+            acted_on, held = observation, 0
         observation = decide(memory, action, task, noise_rng).observation
+        held += 1
         actions[t] = action
         _sample(memory, task, samples[t + 1])
     return observation

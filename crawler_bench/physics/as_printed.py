@@ -79,10 +79,17 @@ def next_spike_angle(theta: float, spike_phase: str) -> float:
 
     Args:
         theta: angle now, not wrapped to one turn.
-        spike_phase: "pi" is eq. 7, mod(theta - pi, 2 pi) = 0; "2pi" is its text, "a multiple of 2 pi".
+        spike_phase: "pi" is eq. 7, mod(theta - pi, 2 pi) = 0; "2pi" is its text, "a multiple of 2 pi";
+            "every_pi" is both.
     """
-    phase = np.pi if spike_phase == "pi" else 2.0 * np.pi
-    return float(theta + 2.0 * np.pi - np.mod(theta - phase, 2.0 * np.pi))
+    phase = 2.0 * np.pi if spike_phase == "2pi" else np.pi
+    turn = spike_turn(spike_phase)
+    return float(theta + turn - np.mod(theta - phase, turn))
+
+
+def spike_turn(spike_phase: str) -> float:
+    """Angle from one spike to the next."""
+    return np.pi if spike_phase == "every_pi" else 2.0 * np.pi
 
 
 def friction(
@@ -169,7 +176,7 @@ def follow_theta(
         )  # fmt: skip
         if solution.status == 0:
             return float(solution.y[0, -1]), spikes
-        theta, t, spike_angle = spike_angle, float(solution.t[-1]), spike_angle + 2.0 * np.pi
+        theta, t, spike_angle = spike_angle, float(solution.t[-1]), spike_angle + spike_turn(spike_phase)
         spikes.append(t)
     return theta, spikes
 

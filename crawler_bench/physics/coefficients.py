@@ -23,7 +23,8 @@ class Coefficients(NamedTuple):
     pull_on_head: float  # share of f_0 that acts on node 0 and on node 1 (reading `head_muscle`)
     pull_on_neck: float
     neuron_rate: float
-    spike_at_pi: bool
+    spike_at_pi: bool  # where theta passes pi, 2 pi, or both (reading `spike_phase`)
+    spike_at_2pi: bool
     spike_gain: float
     tau_m: float
     tau_f: float
@@ -67,7 +68,8 @@ def coefficients(parameters: CrawlerParameters, tolerance: float = EVENT) -> Coe
         pull_on_head=0.0 if p.head_muscle == "none" else 1.0,
         pull_on_neck=-1.0 if p.head_muscle == "reaction" else 0.0,
         neuron_rate=p.neuron_rate,
-        spike_at_pi=p.spike_phase == "pi",
+        spike_at_pi=p.spike_phase != "2pi",
+        spike_at_2pi=p.spike_phase != "pi",
         spike_gain=p.spike_gain,
         tau_m=p.tau_m,
         tau_f=p.tau_f,

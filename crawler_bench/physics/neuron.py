@@ -19,7 +19,7 @@ _JUST_PAST_INFINITY = -NEVER
 
 @kernel
 def step_neuron(
-    V: float, on: bool, dt: float, rate: float, tan_rate_dt: float, at_pi: bool
+    V: float, on: bool, dt: float, rate: float, tan_rate_dt: float, at_pi: bool, at_2pi: bool
 ) -> tuple[float, float]:
     """Advance one neuron by dt under a constant input [M20, eq. 6]; find its spike [M20, eq. 7].
 
@@ -29,7 +29,8 @@ def step_neuron(
         dt: step, tau_theta; rate * dt must be below pi / 2, so that a step holds one spike at most.
         rate: neuron_rate, 1 / tau_theta.
         tan_rate_dt: tan(rate * dt), precomputed.
-        at_pi: spike where theta = pi (eq. 7) rather than where theta = 0 mod 2 pi (its text).
+        at_pi: spike where theta = pi mod 2 pi (eq. 7).
+        at_2pi: spike where theta = 0 mod 2 pi (its text).
 
     Returns:
         V at the end of the step, and the time of the spike from the start of the step, or NO_SPIKE.
@@ -42,7 +43,7 @@ def step_neuron(
         numerator = V
     if denominator > 0.0:
         new = numerator / denominator
-        if not at_pi and V < 0.0 and new >= 0.0:
+        if at_2pi and V < 0.0 and new >= 0.0:
             return new, min(_time_to_zero(V, rate), dt)
         return new, NO_SPIKE
     new = numerator / denominator if denominator < 0.0 else _JUST_PAST_INFINITY

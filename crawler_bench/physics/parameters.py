@@ -12,8 +12,10 @@ from typing import Any
 CHOICES = {
     "friction_law": ("table", "literal"),
     "head_muscle": ("reaction", "external", "none"),
-    "spike_phase": ("pi", "2pi"),
+    "spike_phase": ("pi", "2pi", "every_pi"),
     "observation": ("most_contracted", "most_stretched"),
+    "penalty": ("decision", "rate"),
+    "decide_on": ("interval", "change"),
     "integrator": ("exact", "step"),
 }
 
@@ -35,13 +37,20 @@ class CrawlerParameters:
     friction_backward: float = 9.0  # k L [M20, Table S1, "scaled backward frictional force"]
     friction_law: str = "table"  # reading: "literal" makes 9 the *forward* limit, as eq. 8 prints it
     head_muscle: str = "reaction"  # reading: does f_0 pull back on node 1 ("reaction") or not ("external")
-    spike_phase: str = "pi"  # reading: eq. 7 spikes at theta = pi, its text at multiples of 2 pi
-    neuron_rate: float = 2.0  # 1 / tau_theta, multiplies eq. 6 [fitted; printed as 1]
+    spike_phase: str = "pi"  # reading: eq. 7 spikes at theta = pi, its text at multiples of 2 pi; or at both
+    neuron_rate: float = (
+        2.0  # 1 / tau_theta, multiplies eq. 6; tau_m / tau_theta if times are in tau_m [fitted]
+    )
     spike_gain: float = 2.0  # multiplies the sum of eq. 5 [fitted; printed as 1]
     observation: str = "most_contracted"  # reading: eq. 9's argmin taken literally is "most_stretched"
     dt: float = 0.01  # integration step, tau_theta [M20, Table S1]
     integrator: str = "exact"  # from event to event, or implicit Euler steps of dt
     decision_interval: float = 0.2  # time between actions, tau_theta [fitted; the paper has 0.01]
+    penalty: str = "decision"  # reading: eq. 11 takes epsilon r_2 off once per decision, or per unit of time
+    decide_on: str = (
+        "interval"  # reading: act at every interval, or at the first where the observation changes
+    )
+    longest_hold: float = 2.0  # time after which an action ends though nothing changes, tau_theta [chosen]
 
     def __post_init__(self) -> None:
         """Cast every number to its declared type, then check that the model is solvable.
@@ -92,6 +101,13 @@ class CrawlerParameters:
     def steps_per_decision(self) -> int:
         """Integration steps in one decision interval."""
         return round(self.decision_interval / self.dt)
+
+    @property
+    def intervals_per_decision(self) -> int:
+        """Decision intervals for which one action is held at the most."""
+        return (
+            1 if self.decide_on == "interval" else max(1, round(self.longest_hold / self.decision_interval))
+        )
 
     @property
     def anisotropy(self) -> float:

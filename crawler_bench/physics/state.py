@@ -72,11 +72,12 @@ class Nodes(Protocol):
 
 
 class Odometer(Protocol):
-    """What is counted over decisions."""
+    """What is counted over decisions, and what the last one left."""
 
-    lifetime_decisions: float  # in all episodes
+    lifetime_intervals: float  # decision intervals in all episodes
     lifetime_distance: float  # L
-    episode_decisions: float
+    episode_intervals: float  # decision intervals in this episode
+    observation: float  # after the last decision
     centroid: float  # of the nodes, after the last decision, L
 
 

@@ -42,7 +42,7 @@ def advance(nodes: Nodes, action: int, n_steps: int, k: Coefficients, s: Steppin
 def step_spike(node: Node, is_on: bool, k: Coefficients, s: Stepping) -> float:
     """Advance a neuron by dt; return the time of its spike from the start of the step, or NO_SPIKE."""
     node.neuron, spike = step_neuron(
-        node.neuron, is_on, s.dt, k.neuron_rate, s.tan_rate_dt, bool(k.spike_at_pi)
+        node.neuron, is_on, s.dt, k.neuron_rate, s.tan_rate_dt, bool(k.spike_at_pi), bool(k.spike_at_2pi)
     )
     return spike
 

@@ -11,6 +11,9 @@ from typing import Any
 REGULARIZATION = "environment.regularization"
 NO_LIMIT = 1e9  # tau: a time limit that is never met
 PRINTED_STEP = 0.01  # tau, Delta t of Table S1
+DERIVED_INTERVAL = (
+    0.19  # tau: 20 decisions, the horizon of gamma = 0.95, as the wave passes one of 10 segments
+)
 
 Value = Any  # a number, a word or a truth value: what YAML holds
 
@@ -50,19 +53,26 @@ FIELDS = (
     Field("parameters.head_muscle", '"+ f_0 - f_1 = f_0^f" at the head (eq. 2), no f_0 at node 1 (eq. 1)',
           {"reaction": "eq. 2 with [P16]", "external": "eq. 1 and 2", "none": "Fig. 1A"}, ("external", "none")),
     Field("parameters.spike_phase", '"crosses a multiple of 2 pi" against mod(theta - pi, 2 pi) = 0 (eq. 7)',
-          {"pi": "eq. 7", "2pi": "text before eq. 7"}, ("2pi",)),
+          {"pi": "eq. 7", "2pi": "text before eq. 7", "every_pi": "eq. 7 and its text, both"}, ("2pi", "every_pi")),
     Field("parameters.observation", '"most strongly contracted" against argmin (u_i - u_(i-1)) (eq. 9)',
           {"most_contracted": "text before eq. 9", "most_stretched": "eq. 9"}, ("most_stretched",)),
     Field("parameters.tau_f", '"the ratio of timescales for muscular and neuronal activity": named (eq. 4), not given',
           {1.0: "Table S1, if its muscular timescale is tau_f", 0.4: "[P16, Table 1]"},
           (0.2, 0.4, 0.55, 0.85, 1.0, 1.5), continuous=True),
     Field("parameters.tau_m", '"scaled muscular timescale 1" (Table S1)', {1.0: "Table S1"}, (0.5, 0.75, 1.5, 2.0)),
-    Field("parameters.neuron_rate", '"tau_theta dtheta/dt = 1 - cos theta + ..." (eq. 6): no factor is printed',
+    Field("parameters.neuron_rate", '"tau_theta dtheta/dt = 1 - cos theta + ..." (eq. 6): no factor is printed; with times in units of tau_m it is "the ratio tau_m/tau_theta", named and not given',
           {1.0: "eq. 6"}, (1.0, 1.5, 2.5, 3.0, 4.0), continuous=True),
     Field("parameters.spike_gain", '"F = sum exp(-(t - t_s) / tau_m)" (eq. 5): no factor is printed',
           {1.0: "eq. 5"}, (1.0, 1.5, 1.75, 2.25, 2.5, 3.0, 4.0), continuous=True),
     Field("parameters.decision_interval", '"Delta t is the size of the discrete time step (Table S1)": 0.01',
-          {PRINTED_STEP: "Table S1"}, (PRINTED_STEP, 0.05, 0.1, 0.3, 0.4, 0.5, 1.0), continuous=True),
+          {PRINTED_STEP: "Table S1", DERIVED_INTERVAL: "1 / (1 - gamma) decisions in the passage of one segment, 1 / (0.026 N)"},
+          (PRINTED_STEP, 0.05, 0.1, DERIVED_INTERVAL, 0.3, 0.4, 0.5, 1.0), continuous=True),
+    Field("parameters.penalty", '"r = (u_(t + Delta t) - u_t) - epsilon r_2" (eq. 11): per decision; its weight then hangs on Delta t',
+          {"decision": "eq. 11", "rate": "eq. 11, if its two terms are to keep their ratio for any Delta t"}, ("rate",)),
+    Field("parameters.decide_on", '"each time the agent takes an action in a state" (eq. 12): at each Delta t, or when the state changes',
+          {"interval": "eq. 11 and 12", "change": "text before eq. 12"}, ("change",)),
+    Field("parameters.longest_hold", "how long an action lasts if the state does not change is not named",
+          {2.0: "matters only where decisions wait for a change"}, ()),
     Field("parameters.dt", '"scaled discrete timestep 0.01" (Table S1), in implicit Euler steps instead of exactly',
           {PRINTED_STEP: "Table S1"}, (PRINTED_STEP, 0.05)),
     Field("settings.initial_q", '"a Q-matrix of values that are uniform and high"', {},

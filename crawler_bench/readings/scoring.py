@@ -1,6 +1,9 @@
 """How far a reading is from the paper: one number without tuned weights.
 
-Everything here was fixed before the first reading was run.
+Everything here was fixed before the first reading was run, except for two core claims, added in November 2026
+before the search of `search.py` ran: that learning pays, and that the regularized gait keeps its speed under
+noise. The default at that time met every other core claim although random action crawled faster than its
+gait: a rule without them misses the point of the paper.
 
 * A *distance* for each claim, in units of a tolerance. A number: its difference from the paper's in units of
   10 % of the paper's. A share of runs: by how much it falls short of 80 %, in units of 20 %. An ordering: 0
@@ -9,7 +12,8 @@ Everything here was fixed before the first reading was run.
   CAP, and one without data counts CAP.
 * Claims that say one thing in several units or ways form a *group*, which counts once: the mean distance.
 * The *score* is the mean over groups; at 0 every claim holds, CAP is no data at all.
-* A reading is *within tolerance* when its score is at most TOLERANCE and no core claim is further than 1.
+* A reading is *within tolerance* when its score is at most TOLERANCE, no core claim is further than 1, and
+  both gaits are faster than random action by a difference whose interval excludes 0.
 * Readings within tolerance rank by the number of free constants, then by score: a reading with every constant
   sourced is preferred to a better fit without. The others follow by score.
 * The interval of a score is a percentile bootstrap over training runs. All readings share the resamples of
@@ -66,7 +70,10 @@ GROUPS = {
 # Not counted: larger_range is the negative of smaller_range, and no reading can meet both; the paper gives no
 # number for the crossover; the grid over alpha and gamma is run for the default reading alone.
 UNCOUNTED = ("larger_range", "crossover", "alpha_gamma")
-CORE = ("wave", "nearest_neighbour", "faster", "slower_high_noise")
+FORMER_CORE = ("wave", "nearest_neighbour", "faster", "slower_high_noise")
+CORE = (*FORMER_CORE, "maintains_speed", "learning_pays", "learning_pays_unregularized")
+FIRMLY = ("learning_pays", "learning_pays_unregularized")  # core claims whose interval has to exclude 0
+SCALE = 0.9  # largest speed of random action, relative to the regularized gait's, in a final
 COUNTED = tuple(claim for claim in CLAIMS if claim.name not in UNCOUNTED)
 
 
@@ -110,8 +117,8 @@ class Score:
     @property
     def core_failures(self) -> tuple[str, ...]:
         """Core claims beyond their tolerance."""
-        far = self.claims[self.claims["distance"] > 1]["claim"]
-        return tuple(name for name in CORE if name in set(far))
+        far = self.claims.set_index("claim")["distance"]
+        return tuple(name for name in CORE if far[name] > (0 if name in FIRMLY else 1))
 
     @property
     def within(self) -> bool:
@@ -140,17 +147,18 @@ def total(distances: dict[str, float]) -> float:
     return float(np.mean([np.mean([distances[name] for name in names]) for names in GROUPS.values()]))
 
 
-def score(results: Results, seeds: Sequence[int]) -> Score:
+def score(results: Results, seeds: Sequence[int], resamples: int = RESAMPLES) -> Score:
     """Score one reading.
 
     Args:
         results: runs and evaluations of the experiments regularized, unregularized and untrained.
         seeds: of the training runs, failed ones too.
+        resamples: of the training runs, for the interval; 0 gives none.
     """
     whole = _Resampled(results.runs, results.evaluations, seeds, np.arange(len(seeds)), {})
     measured = {claim.name: claim.measure(whole) for claim in CLAIMS if claim.name != "alpha_gamma"}
     rng = np.random.default_rng(_SEED)
-    draws = np.sort(rng.integers(len(seeds), size=(RESAMPLES, len(seeds))), axis=1)
+    draws = np.sort(rng.integers(len(seeds), size=(resamples, len(seeds))), axis=1)
     different, back = np.unique(draws, axis=0, return_inverse=True)  # five runs have 126 resamples
     with estimates.without_intervals():
         totals = [_resampled_total(replace(whole, chosen=chosen), measured) for chosen in different]

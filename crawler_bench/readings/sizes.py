@@ -15,6 +15,9 @@ class Size:
         seeds: of every reading.
         fresh: seeds of the confirmation, which nothing was chosen by.
         trials: of the search.
+        again: how many of them are run again.
+        finals: how many of those are run a third time.
+        search_seeds: of the trials, of those run again, and of the finals; no other run uses them.
         names: of the readings; empty means all.
         overrides: of every run: how long it learns and how it is measured.
     """
@@ -22,6 +25,9 @@ class Size:
     seeds: tuple[int, ...]
     fresh: tuple[int, ...]
     trials: int
+    again: int
+    finals: int
+    search_seeds: tuple[tuple[int, ...], tuple[int, ...], tuple[int, ...]]
     names: tuple[str, ...]
     overrides: dict[str, object]
 
@@ -37,7 +43,10 @@ class Size:
 FULL = Size(
     seeds=tuple(range(5)),
     fresh=tuple(range(100, 110)),
-    trials=32,
+    trials=3000,
+    again=60,
+    finals=8,
+    search_seeds=(tuple(range(500, 505)), tuple(range(700, 720)), tuple(range(800, 850))),
     names=(),
     overrides={"evaluation.starts": 6, "evaluation.noise": [0.0, 0.025, 0.05, 0.1, 0.2]},
 )
@@ -47,4 +56,7 @@ def smoke() -> Size:
     """The smoke preset: enough to see that everything works."""
     changes = smoke_changes("readings")
     seeds, fresh = (parse_seeds(changes.pop(name)) for name in ("seeds", "fresh"))
-    return Size(seeds, fresh, changes.pop("trials"), tuple(changes.pop("names")), changes)
+    trials, again, finals = (changes.pop(name) for name in ("trials", "again", "finals"))
+    return Size(
+        seeds, fresh, trials, again, finals, (seeds, seeds, fresh), tuple(changes.pop("names")), changes
+    )

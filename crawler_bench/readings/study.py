@@ -16,7 +16,6 @@ from crawler_bench.paper.verdicts import Results
 from crawler_bench.readings.catalogue import DEFAULT, Reading
 from crawler_bench.readings.frames import summarize
 from crawler_bench.readings.laboratory import Laboratory, Scored
-from crawler_bench.readings.search import RANGES, search
 from crawler_bench.readings.sizes import Size
 
 CANDIDATES = 4  # readings that are tried on fresh seeds, beside the default
@@ -66,12 +65,9 @@ def diagonal_share(scored: Scored) -> float:
 
 
 def conduct(laboratory: Laboratory, readings: Sequence[Reading], size: Size) -> Study:
-    """Run every reading, search, and try the best on fresh seeds."""
+    """Run every reading, and the best again on fresh seeds."""
     scored = laboratory.run(readings, size.seeds)
     default = next(each for each in scored if each.reading.name == DEFAULT.name)
-    start = [Reading("start", "search", {key: default.values[key] for key in RANGES})]
-    found = search(laboratory, start, size.seeds, size.trials)
-    scored += [each for each in found if each.values != default.values]  # the first trial is the default
     by_name = {each.reading.name: each for each in scored}
     ordered = [by_name[name] for name in summarize(scored)["reading"]]
     rivals = [each for each in ordered if is_rival(each, default)][:CANDIDATES]

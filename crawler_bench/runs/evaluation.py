@@ -91,6 +91,9 @@ def measure(run: RunConfig, seed: int, table: NDArray[np.float64], config: Evalu
             start=(config.seed, start), policy_seed=seed,
         )  # fmt: skip
 
+    penalty = run.environment.regularization
+    if run.parameters.penalty == "rate":
+        penalty *= run.parameters.decision_interval
     longest = max(config.duration, config.settle + config.gait)
     rows, cycles, nodes, gaits = [], [], [], []
     for noise in config.noise:
@@ -101,7 +104,7 @@ def measure(run: RunConfig, seed: int, table: NDArray[np.float64], config: Evalu
             stalled = metrics.stalls(record)
             row: dict[str, Any] = {
                 "noise": noise, "start": start, "speed": metrics.speed(record),
-                "reward": metrics.reward(record, run.environment.regularization), "stalled": stalled,
+                "reward": metrics.reward(record, penalty), "stalled": stalled,
             }  # fmt: skip
             if quiet:
                 # Later in the same crawl: strains that the random start has left relax slowly.

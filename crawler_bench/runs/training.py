@@ -101,12 +101,7 @@ def train(config: RunConfig, seed: int, root: Path, progress_bar: bool = False) 
     if store.is_run(folder):
         return folder
     started = time.time()
-    env = make_env(config)
-    agent = make_agent(config, env, seed)
-    recorder = LearningRecorder(env, agent, config.decisions)
-    recorder.record(agent)
-    agent.learn(config.decisions, callback=recorder, progress_bar=progress_bar)
-    recorder.record(agent, last=True)
+    agent, recorder = learn(config, seed, progress_bar)
     with store.publish(folder) as draft:
         store.write_config(draft, config, seed)
         store.write_command(draft)
@@ -120,6 +115,29 @@ def train(config: RunConfig, seed: int, root: Path, progress_bar: bool = False) 
     return folder
 
 
+def learn(
+    config: RunConfig, seed: int, progress_bar: bool = False, interval: int = CURVE_INTERVAL
+) -> tuple[Agent, "LearningRecorder"]:
+    """Train a run in memory.
+
+    Args:
+        config: the run.
+        seed: of agent and environment.
+        progress_bar: show one.
+        interval: decisions between two points of the learning curve.
+
+    Returns:
+        The agent, and the recorder that holds its learning curve.
+    """
+    env = make_env(config)
+    agent = make_agent(config, env, seed)
+    recorder = LearningRecorder(env, agent, config.decisions, interval)
+    recorder.record(agent)
+    agent.learn(config.decisions, callback=recorder, progress_bar=progress_bar)
+    recorder.record(agent, last=True)
+    return agent, recorder
+
+
 class LearningRecorder:
     """A callback that keeps the learning curve: how far the crawlers have come, and what the agent believes.
 
@@ -127,7 +145,7 @@ class LearningRecorder:
     decision.
     """
 
-    def __init__(self, env: Any, agent: Agent, decisions: int) -> None:
+    def __init__(self, env: Any, agent: Agent, decisions: int, interval: int = CURVE_INTERVAL) -> None:
         self._crawler: Any = env.unwrapped
         self._n = int(env.observation_space.n)
         self._gradient_updates = 0
@@ -136,12 +154,13 @@ class LearningRecorder:
             optimizer.register_step_post_hook(self._count_update)
         self._rows: list[tuple[int, int, float, float, str]] = []
         self.snapshots: list[tuple[int, np.ndarray[Any, Any]]] = []
-        self._snapshot_interval = max(CURVE_INTERVAL, decisions // SNAPSHOTS)
+        self._interval = interval
+        self._snapshot_interval = max(interval, decisions // SNAPSHOTS)
 
     def __call__(self, local: dict[str, Any], _global: dict[str, Any]) -> bool:
         """Record, if it is time; never stops the learning."""
         done = local["self"].num_timesteps
-        if not self._rows or done - self._rows[-1][0] >= CURVE_INTERVAL:
+        if not self._rows or done - self._rows[-1][0] >= self._interval:
             self.record(local["self"])
         return True
 

@@ -8,22 +8,35 @@ import pytest
 
 from crawler_bench.envs.crawler import CrawlerEnv
 from crawler_bench.envs.randomness import live_state, random
-from crawler_bench.envs.transition import _decide, begin, decide_and_report, make_task, report, unpack
+from crawler_bench.envs.transition import TASK, make_task
 from crawler_bench.physics import CrawlerParameters
-from crawler_bench.physics.coefficients import coefficients
-from crawler_bench.physics.compiled import kernel
-from crawler_bench.physics.state import PAPER_NODES, WORK, make_memory
+from crawler_bench.physics.coefficients import as_record, coefficients, stepping
+from crawler_bench.physics.integration import STEPPING
 
 
-@pytest.mark.parametrize("parameters", [
-    CrawlerParameters(),
-    CrawlerParameters(n_segments=30, integrator="step", spike_phase="2pi", tau_f=1.0, head_muscle="external"),
-    CrawlerParameters(damping=0.7, observation="most_stretched", friction_law="literal"),
+@pytest.mark.parametrize(("parameters", "takes_steps"), [
+    (CrawlerParameters(), False),
+    (CrawlerParameters(n_segments=30), True),  # 30 nodes that slide forward balance one that slides backward
+    (CrawlerParameters(integrator="step", spike_phase="2pi", tau_f=1.0, head_muscle="external"), True),
+    (CrawlerParameters(damping=0.7, observation="most_stretched", friction_law="literal"), False),
 ])  # fmt: skip
-def test_a_packed_task_is_the_task(parameters: CrawlerParameters) -> None:
-    task = unpack(make_task(parameters, 0.01, 0.2, 2.0, 1000.0))
-    assert task.k == coefficients(parameters)
-    assert task[:-1] == (parameters.steps_per_decision, 0.01, 0.2, 2.0, 1000.0 / parameters.decision_interval)
+def test_a_task_holds_what_was_asked(parameters: CrawlerParameters, takes_steps: bool) -> None:
+    task, steps = make_task(parameters, 0.01, 0.2, 2.0, 1000.0)
+    record = task.view(TASK)[0]
+    assert record.k == as_record(coefficients(parameters))
+    assert record.item()[:4] == (0.01, 0.2, 2.0, 1000.0 / parameters.decision_interval)
+    assert (steps is not None) == takes_steps
+    if steps is not None:
+        assert steps.view(STEPPING)[0] == as_record(stepping(parameters))
+
+
+@pytest.mark.parametrize(("interval", "limit", "decisions"), [
+    (0.2, 1.0, 5), (0.2, 1.1, 6), (0.1, 0.3, 3), (0.2, 0.6, 3), (0.7, 2.1, 3), (0.2, 1.0 + 1e-9, 6),
+])  # fmt: skip
+def test_no_decision_begins_at_the_time_limit(interval: float, limit: float, decisions: int) -> None:
+    """0.3 / 0.1 and 0.6 / 0.2 are not whole numbers in floating point; the number of decisions is."""
+    task, _ = make_task(CrawlerParameters(decision_interval=interval), time_limit=limit)
+    assert task.view(TASK)[0].episode_decisions == decisions
 
 
 @pytest.mark.parametrize("seed", range(5))
@@ -60,30 +73,3 @@ def test_the_generator_may_be_replaced() -> None:
         env.reset(seed=1)
         env.np_random = np.random.default_rng(5)
     assert [one.step(a)[0] for a in range(10)] == [other.step(a)[0] for a in range(10)]
-
-
-@kernel
-def _decide_knowing_no_size(memory, actions, packed, rng, outcomes):  # type: ignore[no-untyped-def]
-    for i in range(actions.size):
-        made = _decide(memory, actions[i], packed, rng)
-        outcomes[i, 0], outcomes[i, 1] = made.observation, made.reward
-
-
-@pytest.mark.parametrize("integrator", ["exact", "step"])
-def test_what_is_compiled_for_the_size_of_the_paper_gives_the_same_bits(integrator: str) -> None:
-    parameters = CrawlerParameters(integrator=integrator)
-    task = make_task(parameters, regularization=0.01, noise=0.05)
-    known, unknown = make_memory(parameters.n_segments), make_memory(parameters.n_segments)
-    assert known.shape[1] == PAPER_NODES
-    actions = np.random.default_rng(2).integers(parameters.n_segments, size=2000)
-    generators = [np.random.default_rng(3) for _ in range(2)]  # whose states live as long as they do
-    rng = live_state(generators[0])
-    begin(known, task, rng)
-    made = [decide_and_report(known, a, task, rng) for a in actions]
-    rng, two = live_state(generators[1]), np.empty((actions.size, 2))
-    begin(unknown, task, rng)
-    _decide_knowing_no_size(unknown, actions, task, rng, two)
-    report(unknown, task)
-    np.testing.assert_array_equal([(each.observation, each.reward) for each in made], two)
-    np.testing.assert_array_equal(known[:WORK], unknown[:WORK])
-    assert abs(known[0]).max() > 0.1  # they moved

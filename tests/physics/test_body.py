@@ -18,9 +18,9 @@ from numpy.typing import NDArray
 from crawler_bench.physics import CrawlerParameters
 from crawler_bench.physics.as_printed import force_on_nodes, laplacian_of_chain
 from crawler_bench.physics.body import BACKWARD, FORWARD, STUCK, balance_forces
-from crawler_bench.physics.coefficients import coefficients
-from crawler_bench.physics.crawler import advance
-from crawler_bench.physics.state import DISPLACEMENT, FORCE, SLIP, VELOCITY, rest_state, workspace
+from crawler_bench.physics.coefficients import as_record, coefficients
+from crawler_bench.physics.state import make_memory, nodes_of
+from tests.physics.crawling import Crawler
 
 Array = NDArray[np.float64]
 STIFFNESS = 3.51
@@ -37,9 +37,12 @@ class Balance(NamedTuple):
 
 
 def balance(g: Array, limits: tuple[float, float], guess: Array, stiffness: float = STIFFNESS) -> Balance:
-    v, slip = np.full(g.size, np.nan), guess.astype(float)
-    solves = balance_forces(g.astype(float), v, slip, stiffness, *limits, np.full(g.size, np.nan))
-    return Balance(v, slip, solves)
+    """Balance forces g on an undeformed body, where w is the stiffness times the velocity."""
+    nodes = nodes_of(make_memory(g.size - 1))
+    nodes["net"]["constant"], nodes["slip"], nodes["w"]["constant"] = g, guess, np.nan
+    parameters = CrawlerParameters(friction_forward=limits[0], friction_backward=limits[1])
+    solves = balance_forces(nodes, as_record(coefficients(parameters)))
+    return Balance(nodes["w"]["constant"] / stiffness, nodes["slip"].copy(), solves)
 
 
 def violation(g: Array, limits: tuple[float, float], answer: Balance, stiffness: float = STIFFNESS) -> float:
@@ -208,16 +211,17 @@ def test_few_solves_when_started_from_the_step_before(
 ) -> None:
     """Replay the balance of each step of a long random crawl and count."""
     p = CrawlerParameters(friction_forward=friction[0], friction_backward=friction[1])
-    state, work, k = rest_state(p.n_segments), workspace(p.n_segments), coefficients(p)
+    crawler = Crawler(p)
+    nodes, stiffness = crawler.nodes, p.damping + p.dt
     rng, solves, moving, rest = np.random.default_rng(3), [], 0, np.zeros(p.n_segments + 1)
     for _ in range(60):
         action = int(rng.integers(p.n_segments))
         for _ in range(100):
-            before = state.copy()
-            advance(state, work, action, 1, k)
-            g = force_on_nodes(before[DISPLACEMENT], rest, state[FORCE], p.damping, p.head_muscle)
-            answer = balance(g, friction, before[SLIP], k.stiffness)
-            np.testing.assert_allclose(answer.v, state[VELOCITY], atol=1e-9)
+            before = nodes.copy()
+            crawler.advance(action, 1)
+            g = force_on_nodes(before["displacement"], rest, nodes["force"], p.damping, p.head_muscle)
+            answer = balance(g, friction, before["slip"], stiffness)
+            np.testing.assert_allclose(answer.v, nodes["velocity"], atol=1e-9)
             solves.append(answer.solves)
             moving += bool(np.any(answer.slip != STUCK))
     assert moving > 2000

@@ -9,6 +9,7 @@ friction decides which way is forward.
 from collections.abc import Sequence
 from dataclasses import replace
 from math import pi
+from typing import Any
 
 import numpy as np
 import pytest
@@ -19,28 +20,19 @@ from numpy.typing import NDArray
 from crawler_bench.physics import CrawlerParameters
 from crawler_bench.physics.as_printed import FRICTION_WIDTH, force_on_nodes, simulate
 from crawler_bench.physics.coefficients import Coefficients, coefficients
-from crawler_bench.physics.crawler import advance, measure, net_muscle_force
-from crawler_bench.physics.state import DISPLACEMENT, DRIVE, FORCE, NEURON, VELOCITY, rest_state, workspace
+from crawler_bench.physics.crawler import measure, net_muscle_force
+from crawler_bench.physics.state import make_memory, nodes_of
+from tests.physics.crawling import Crawler, held_at_random
+from tests.physics.crawling import crawl as crawl_by
 
 Array = NDArray[np.float64]
 SIZES = [2, 3, 10, 25]
 HEAD_MUSCLES = ["reaction", "external", "none"]
 
 
-def crawl(p: CrawlerParameters, actions: Sequence[int]) -> Array:
-    """State at the start and after each action: (actions + 1, 6, N + 1)."""
-    state, work, k = rest_state(p.n_segments), workspace(p.n_segments), coefficients(p)
-    history = [state.copy()]
-    for action in actions:
-        advance(state, work, action, p.steps_per_decision, k)
-        history.append(state.copy())
-    return np.array(history)
-
-
-def held_at_random(p: CrawlerParameters, hold: int, actions: int, seed: int) -> list[int]:
-    """Actions held long enough for their neurons to spike."""
-    rng = np.random.default_rng(seed)
-    return [int(a) for a in np.repeat(rng.integers(p.n_segments, size=actions), hold)]
+def crawl(p: CrawlerParameters, actions: Sequence[int]) -> Any:
+    """Nodes at the start and after each action, in steps: (actions + 1, N + 1)."""
+    return crawl_by(replace(p, integrator="step"), actions)
 
 
 def random_parameters(rng: np.random.Generator, n_segments: int) -> CrawlerParameters:
@@ -73,9 +65,9 @@ def test_agrees_with_the_printed_equations(n_segments: int, seed: int) -> None:
     actions = [int(a) for a in np.repeat(rng.integers(min(n_segments, 4), size=3), [2, 1, 1])]
     expected = simulate(p, actions)
     coarse, fine = crawl(p, actions), crawl(replace(p, dt=p.dt / 2), actions)
-    np.testing.assert_allclose(fine[:, FORCE], expected.forces, atol=2e-7)
-    np.testing.assert_allclose(np.sin(2.0 * np.arctan(fine[:, NEURON])), np.sin(expected.thetas), atol=1e-7)
-    extrapolated = 2.0 * fine[:, DISPLACEMENT] - coarse[:, DISPLACEMENT]
+    np.testing.assert_allclose(fine["force"], expected.forces, atol=2e-7)
+    np.testing.assert_allclose(np.sin(2.0 * np.arctan(fine["neuron"])), np.sin(expected.thetas), atol=1e-7)
+    extrapolated = 2.0 * fine["displacement"] - coarse["displacement"]
     creep = 2.0 * FRICTION_WIDTH * expected.times[-1]
     np.testing.assert_allclose(extrapolated, expected.displacements, atol=creep + 2e-6)
 
@@ -86,8 +78,8 @@ def test_agrees_with_the_printed_equations_over_a_long_stride() -> None:
     actions = [0, 9, 0]
     expected = simulate(p, actions).displacements
     assert np.max(np.abs(expected)) > 0.35
-    np.testing.assert_allclose(crawl(p, actions)[:, DISPLACEMENT], expected, atol=1e-3)
-    np.testing.assert_allclose(crawl(replace(p, dt=1e-4), actions)[:, DISPLACEMENT], expected, atol=1.5e-5)
+    np.testing.assert_allclose(crawl(p, actions)["displacement"], expected, atol=1e-3)
+    np.testing.assert_allclose(crawl(replace(p, dt=1e-4), actions)["displacement"], expected, atol=1.5e-5)
 
 
 @pytest.mark.parametrize("n_segments", SIZES)
@@ -98,7 +90,7 @@ def test_first_order_in_dt(n_segments: int, friction: tuple[float, float]) -> No
     actions = held_at_random(p, 8, 6, seed=n_segments)
 
     def end(dt: float) -> Array:
-        return crawl(replace(p, dt=dt), actions)[-1, DISPLACEMENT]
+        return crawl(replace(p, dt=dt), actions)["displacement"][-1]
 
     exact = 2.0 * end(2e-5) - end(4e-5)
     assert np.max(np.abs(exact)) > 0.1
@@ -111,16 +103,15 @@ def test_first_order_in_dt(n_segments: int, friction: tuple[float, float]) -> No
 @pytest.mark.parametrize("head_muscle", HEAD_MUSCLES)
 def test_no_place_is_special(n_segments: int, head_muscle: str) -> None:
     p = CrawlerParameters(n_segments=n_segments, head_muscle=head_muscle, friction_forward=0.35)
-    state, k, work = rest_state(n_segments), coefficients(p), workspace(n_segments)
-    shifted = state.copy()
-    shifted[DISPLACEMENT] += 3.7
+    here, there = Crawler(p), Crawler(p)
+    there.nodes["displacement"] += 3.7
     moved = False
     for action in held_at_random(p, 6, 10, seed=5):
-        advance(state, work, action, p.steps_per_decision, k)
-        advance(shifted, work, action, p.steps_per_decision, k)
-        np.testing.assert_allclose(shifted[VELOCITY], state[VELOCITY], atol=1e-12)
-        np.testing.assert_allclose(shifted[DISPLACEMENT], state[DISPLACEMENT] + 3.7, atol=1e-11)
-        moved = moved or bool(np.any(state[VELOCITY] > 1e-3))
+        for crawler in (here, there):
+            crawler.advance(action, p.steps_per_decision)
+        np.testing.assert_allclose(there.nodes["velocity"], here.nodes["velocity"], atol=1e-12)
+        np.testing.assert_allclose(there.nodes["displacement"], here.nodes["displacement"] + 3.7, atol=1e-11)
+        moved = moved or bool(np.any(here.nodes["velocity"] > 1e-3))
     assert moved
 
 
@@ -128,8 +119,9 @@ def test_no_place_is_special(n_segments: int, head_muscle: str) -> None:
 @pytest.mark.parametrize("head_muscle", HEAD_MUSCLES)
 def test_only_an_external_head_muscle_pushes_the_whole_body(n_segments: int, head_muscle: str) -> None:
     p = CrawlerParameters(n_segments=n_segments, head_muscle=head_muscle, friction_forward=0.35)
-    f, net = np.random.default_rng(2).random(n_segments + 1), np.empty(n_segments + 1)
-    net_muscle_force(f, net, coefficients(p))
+    k, tail, f = coefficients(p), n_segments, np.random.default_rng(2).random(n_segments + 1)
+    behind = np.append(f[1:], np.nan)
+    net = np.array([net_muscle_force(i, tail, f[i], behind[i], f[0], k) for i in range(tail + 1)])
     assert net.sum() == pytest.approx(f[0] if head_muscle == "external" else 0.0, abs=1e-14)
     rest = np.zeros(n_segments + 1)
     np.testing.assert_allclose(net, force_on_nodes(rest, rest, f, p.damping, head_muscle), atol=1e-15)
@@ -142,10 +134,11 @@ def test_nothing_moves_before_the_first_spike(n_segments: int) -> None:
     first_spike = pi / (2.0 * p.neuron_rate)
     history = crawl(p, [1] * 300)
     silent = history[: int(first_spike / p.dt) + 1]
-    assert np.all(silent[:, [DISPLACEMENT, VELOCITY, DRIVE, FORCE]] == 0.0)
-    assert np.all(history[len(silent), FORCE, 1] > 0.0)
-    assert history[-1, DISPLACEMENT, 1] > 0.01
-    assert np.all(np.delete(history[-1, FORCE], 1) == 0.0)
+    for name in ("displacement", "velocity", "drive", "force"):
+        assert np.all(silent[name] == 0.0)
+    assert history["force"][len(silent), 1] > 0.0
+    assert history["displacement"][-1, 1] > 0.01
+    assert np.all(np.delete(history["force"][-1], 1) == 0.0)
 
 
 @pytest.mark.parametrize("n_segments", SIZES)
@@ -153,16 +146,16 @@ def test_nothing_moves_before_the_first_spike(n_segments: int) -> None:
 def test_the_tail_neuron_is_on_with_the_head_neuron_only(n_segments: int, action: int) -> None:
     p = CrawlerParameters(n_segments=n_segments)
     history = crawl(p, [action] * 10)
-    for row in (NEURON, DRIVE, FORCE):
-        assert np.array_equal(history[:, row, -1], history[:, row, 0])
-    assert (history[-1, FORCE, -1] > 0.0) == (action == 0)
+    for name in ("neuron", "drive", "force"):
+        assert np.array_equal(history[name][:, -1], history[name][:, 0])
+    assert (history["force"][-1, -1] > 0.0) == (action == 0)
 
 
 @pytest.mark.parametrize("head_muscle", HEAD_MUSCLES)
 def test_the_head_muscle_stretches_the_first_segment(head_muscle: str) -> None:
     """All other muscles contract: alone, the tail muscle of the same decision brings up the tail."""
     p = CrawlerParameters(head_muscle=head_muscle)
-    u = crawl(p, [0] * 10)[-1, DISPLACEMENT]
+    u = crawl(p, [0] * 10)["displacement"][-1]
     assert (u[0] > 0.05) == (head_muscle != "none")
     assert u[-1] > 0.05
     assert np.all(u[1:-1] >= 0.0)
@@ -170,13 +163,11 @@ def test_the_head_muscle_stretches_the_first_segment(head_muscle: str) -> None:
 
 def centroid_after_crawl(p: CrawlerParameters, time: float, policy: Sequence[int]) -> float:
     """Follow a wiring from the most contracted segment to a muscle, starting at the tail."""
-    state, work, k = rest_state(p.n_segments), workspace(p.n_segments), coefficients(p)
-    strain = np.zeros(p.n_segments)
-    strain[-1] = 1.0
-    centroid = 0.0
+    crawler, observation, centroid = Crawler(p), p.n_segments - 1, 0.0
     for _ in range(round(time / p.decision_interval)):
-        advance(state, work, policy[int(np.argmax(strain))], p.steps_per_decision, k)
-        centroid, _ = measure(state[DISPLACEMENT], strain)
+        crawler.advance(policy[observation], p.steps_per_decision)
+        centroid, _ = measure(crawler.nodes)
+        observation = int(np.argmax(crawler.nodes["strain"][:-1]))
     return centroid
 
 
@@ -191,8 +182,8 @@ def test_friction_decides_which_way_is_forward(n_segments: int) -> None:
     p = CrawlerParameters(n_segments=n_segments)
     turned = replace(p, friction_forward=p.friction_backward, friction_backward=p.friction_forward)
     actions = held_at_random(p, 5, 200, seed=0)
-    assert np.mean(crawl(p, actions)[-1, DISPLACEMENT]) > 0.3
-    assert np.mean(crawl(turned, actions)[-1, DISPLACEMENT]) < -0.3
+    assert np.mean(crawl(p, actions)["displacement"][-1]) > 0.3
+    assert np.mean(crawl(turned, actions)["displacement"][-1]) < -0.3
 
 
 def test_the_literal_friction_law_holds_the_crawler_still() -> None:
@@ -201,9 +192,10 @@ def test_the_literal_friction_law_holds_the_crawler_still() -> None:
 
 
 def test_measures_of_the_body() -> None:
-    u, strain = np.array([0.0, 0.3, 0.1, 0.4]), np.empty(3)
-    assert measure(u, strain) == pytest.approx((0.2, 0.5))
-    np.testing.assert_allclose(strain, [0.3, -0.2, 0.3])
+    nodes = nodes_of(make_memory(3))
+    nodes["displacement"] = [0.0, 0.3, 0.1, 0.4]
+    assert measure(nodes) == pytest.approx((0.2, 0.5))
+    np.testing.assert_allclose(nodes["strain"][:-1], [0.3, -0.2, 0.3])
 
 
 def test_the_observed_strain_follows_the_reading() -> None:

@@ -14,31 +14,24 @@ from numpy.typing import NDArray
 
 from crawler_bench.physics import CrawlerParameters
 from crawler_bench.physics.as_printed import force_on_nodes, laplacian_of_chain
-from crawler_bench.physics.coefficients import coefficients
-from crawler_bench.physics.crawler import advance
-from crawler_bench.physics.state import DISPLACEMENT, FORCE, VELOCITY, rest_state, workspace
+from tests.physics.crawling import Crawler, held_at_random
 
 Array = NDArray[np.float64]
 
 
-def held_at_random(p: CrawlerParameters, seed: int) -> list[int]:
-    """Eight actions, each held long enough for its neuron to spike."""
-    return [int(a) for a in np.repeat(np.random.default_rng(seed).integers(p.n_segments, size=8), 8)]
-
-
 def energies_of_a_crawl(p: CrawlerParameters, actions: Sequence[int]) -> Array:
     """Per step: muscle work, spring energy gained, damper loss, friction loss, loss of implicit Euler."""
-    state, work, k = rest_state(p.n_segments), workspace(p.n_segments), coefficients(p)
-    laplacian, rows = laplacian_of_chain(p.n_segments + 1), []
+    crawler, laplacian, rows = Crawler(p), laplacian_of_chain(p.n_segments + 1), []
+    nodes = crawler.nodes
     for action in np.repeat(actions, p.steps_per_decision):
-        u = state[DISPLACEMENT].copy()
-        advance(state, work, action, 1, k)
-        v, end = state[VELOCITY], state[DISPLACEMENT]
+        u = nodes["displacement"].copy()
+        crawler.advance(action, 1)
+        v, end = nodes["velocity"], nodes["displacement"]
         stretching = float(v @ laplacian @ v)
         friction = np.where(v > 0.0, p.forward_limit * v, -p.backward_limit * v)
         rows.append(
             (
-                p.dt * float(force_on_nodes(0.0 * v, 0.0 * v, state[FORCE], p.damping, p.head_muscle) @ v),
+                p.dt * float(force_on_nodes(0.0 * v, 0.0 * v, nodes["force"], p.damping, p.head_muscle) @ v),
                 0.5 * float(end @ laplacian @ end - u @ laplacian @ u),
                 p.dt * p.damping * stretching,
                 p.dt * float(friction.sum()),
@@ -60,7 +53,7 @@ def test_muscle_work_is_stored_or_lost(
         n_segments=n_segments, head_muscle=head_muscle, friction_forward=friction[0],
         friction_backward=friction[1], muscle_force_max=weak if head_muscle == "external" else 1.0,
     )  # fmt: skip
-    muscle, spring, *losses = energies_of_a_crawl(p, held_at_random(p, seed=9)).T
+    muscle, spring, *losses = energies_of_a_crawl(p, held_at_random(p, 8, 8, seed=9)).T
     np.testing.assert_allclose(muscle, spring + np.sum(losses, axis=0), rtol=0.0, atol=1e-10)
     assert np.sum(muscle) > 1e-3
     assert all(np.all(loss >= 0.0) for loss in losses)
@@ -68,7 +61,7 @@ def test_muscle_work_is_stored_or_lost(
 
 def test_the_loss_of_implicit_euler_vanishes_with_dt() -> None:
     p = CrawlerParameters()
-    actions = held_at_random(p, seed=9)
+    actions = held_at_random(p, 8, 8, seed=9)
     numerical = [energies_of_a_crawl(replace(p, dt=dt), actions)[:, -1].sum() for dt in (0.01, 0.005)]
     total = energies_of_a_crawl(p, actions)[:, 0].sum()
     assert numerical[0] < 0.002 * total

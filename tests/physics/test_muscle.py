@@ -11,7 +11,6 @@ from math import exp, log, pi
 
 import numpy as np
 import pytest
-from crawler_bench.physics.response import follow
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
@@ -19,10 +18,8 @@ from scipy.integrate import quad
 
 from crawler_bench.physics import CrawlerParameters
 from crawler_bench.physics.as_printed import drive
-from crawler_bench.physics.coefficients import coefficients
-from crawler_bench.physics.crawler import advance
-from crawler_bench.physics.muscle import any_leaves_limiter, relax_muscle, step_quiet_muscles
-from crawler_bench.physics.state import DRIVE, FORCE, rest_state, workspace
+from crawler_bench.physics.muscle import follow, relax_muscle
+from tests.physics.crawling import crawl
 
 TIMES = st.floats(1e-3, 10.0)
 TAUS = st.floats(0.05, 5.0)
@@ -115,37 +112,10 @@ def test_a_muscle_left_alone_ends_at_exactly_zero() -> None:
     assert (F, f) == (0.0, 0.0)
 
 
-@pytest.mark.parametrize("n_muscles", [1, 7, 8, 27])
-def test_many_quiet_muscles_are_many_relaxations(n_muscles: int) -> None:
-    """Until a drive is about to fall through 1, which has to be told one step ahead."""
-    k = coefficients(CrawlerParameters(tau_m=0.4))
-    rng = np.random.default_rng(n_muscles)
-    F, f = rng.uniform(0.0, 3.0, n_muscles), rng.random(n_muscles)
-    F[0], f[rng.integers(n_muscles)] = 1e-220, 1e-220
-    leaving = any_leaves_limiter(F, k.drive_decay)
-    for _ in range(200):
-        assert leaving == bool(np.any((F > 1.0) & (F * k.drive_decay <= 1.0)))
-        expected = [
-            relax_muscle(*muscle, k.dt, k.tau_m, k.tau_f, k.force_max) for muscle in zip(F, f, strict=True)
-        ]
-        if leaving:
-            F, f = np.array(expected).T.copy()
-            leaving = any_leaves_limiter(F, k.drive_decay)
-        else:
-            leaving = step_quiet_muscles(
-                F, f, k.drive_decay, k.force_decay, k.force_gain, k.limited_force_gain
-            )
-        np.testing.assert_allclose(np.array([F, f]).T, expected, rtol=1e-14, atol=0.0)
-
-
 def muscle_history(p: CrawlerParameters, actions: list[int]) -> NDArray[np.float64]:
     """Drive and force of every muscle after each decision interval: (actions, 2, N + 1)."""
-    state, work, k = rest_state(p.n_segments), workspace(p.n_segments), coefficients(p)
-    history = []
-    for action in actions:
-        advance(state, work, action, p.steps_per_decision, k)
-        history.append(state[[DRIVE, FORCE]])
-    return np.array(history)
+    trail = crawl(replace(p, integrator="step"), actions)[1:]
+    return np.stack([trail["drive"], trail["force"]], axis=1)
 
 
 @pytest.mark.parametrize(("tau_m", "tau_f"), [(1.0, 0.7), (0.5, 0.5), (0.2, 2.0)])

@@ -7,13 +7,12 @@ for both readings of the spike phase, ON and OFF, far from rest, and exactly on 
 
 from math import atan, cos, isfinite, pi, sin, tan
 
-import numpy as np
 import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from crawler_bench.physics.as_printed import follow_theta
-from crawler_bench.physics.neuron import NO_SPIKE, step_neuron, step_neurons_off
+from crawler_bench.physics.neuron import NO_SPIKE, step_neuron
 
 PHASES = ("pi", "2pi")
 SPIKE_TIME_ERROR = 1e-7  # of the integrated theta, whose crossing is interpolated
@@ -145,17 +144,3 @@ def test_arriving_at_two_pi_with_the_end_of_a_step_is_one_spike(rate: float, fra
     assert [first, second].count(NO_SPIKE) == 1
     assert V == pytest.approx(0.0, abs=1e-12)
     assert first == NO_SPIKE or first == pytest.approx(dt, rel=1e-12)
-
-
-@pytest.mark.parametrize("phase", PHASES)
-def test_neurons_that_are_off_take_many_steps_at_once(phase: str) -> None:
-    before = np.array([0.0, 0.3, 2.0, 40.0, -3.0, 1e300, -1e300])
-    V, spikes = before.copy(), np.empty(before.size)
-    first = step_neurons_off(V, spikes, 1, 2, 0.4, 2.0, phase == "pi")
-    assert np.array_equal(V[1:3], before[1:3])  # these two are ON
-    assert np.all(np.isinf(spikes[1:3]))
-    assert first == np.min(spikes)
-    for i in (0, 3, 4, 5, 6):
-        after, expected = run(before[i], [(False, 0.4)], 20, 2.0, phase)
-        assert V[i] == pytest.approx(after, rel=1e-12)
-        assert [s for s in (spikes[i],) if s < np.inf] == pytest.approx(expected, abs=1e-12)

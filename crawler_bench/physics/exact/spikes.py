@@ -30,9 +30,13 @@ def turn_on(node: Node, time: float, k: Coefficients) -> float:
     end = min(max(end, -NEVER), NEVER)
     due, node.spike_time = node.spike_time <= time + COINCIDENCE, NEVER
     turns_far = k.neuron_rate * k.decision > SURE_TURN
-    if not k.spike_at_pi:  # at theta = 2 pi, where q passes from -infinity to infinity
-        angle = math.atan(-1.0 / q) if q != 0.0 else -0.5 * math.pi
-        node.spike_time = time + (angle if q < 0.0 else angle + math.pi) / k.neuron_rate
+    if k.spike_at_2pi:  # where q passes from -infinity to infinity
+        if k.spike_at_pi and q >= 0.0:
+            angle = math.atan(q)
+        else:
+            angle = math.atan(-1.0 / q) if q != 0.0 else -0.5 * math.pi
+            angle = angle if q < 0.0 else angle + math.pi
+        node.spike_time = time if k.spike_at_pi and due else time + angle / k.neuron_rate
     elif turns_far or end < 0.0 <= q:
         angle = math.atan(q)
         spike_time = time + (angle if q >= 0.0 else angle + math.pi) / k.neuron_rate
@@ -74,7 +78,7 @@ def due_muscle(nodes: Nodes, time: float) -> int:
 def excite(nodes: Nodes, i: int, now: Response, is_on: bool, k: Coefficients) -> None:
     """Apply the spike, or the fall through the limiter, of muscle i that is due [M20, eq. 4-5].
 
-    Note when its next ones are; a neuron that `is_on` spikes again half a turn of its angle later.
+    Note when its next ones are; a neuron that `is_on` spikes again when theta has turned by 2 pi, or by pi.
     """
     node = nodes[i]
     force = force_at(node.muscle, now)
@@ -83,7 +87,8 @@ def excite(nodes: Nodes, i: int, now: Response, is_on: bool, k: Coefficients) ->
         drive = 1.0
     if node.spike_time <= now.time:
         drive += k.spike_gain
-        node.spike_time = node.spike_time + math.pi / k.neuron_rate if is_on else NEVER
+        turn = 0.5 * math.pi if k.spike_at_pi and k.spike_at_2pi else math.pi  # of theta / 2
+        node.spike_time = node.spike_time + turn / k.neuron_rate if is_on else NEVER
     node.limit_time = now.time + time_in_limiter(drive, k.tau_m)
     set_muscle_terms(node, drive, force, now, k)
     for pulled in range(max(i - 1, 0), max(i, 1) + 1):

@@ -1,0 +1,76 @@
+"""The whole search, stage by stage, and its results folder; see search.py for the rule."""
+
+import resource
+import time
+from collections.abc import Callable, Mapping
+from pathlib import Path
+
+import pandas as pd
+
+from crawler_bench.config.schema import RunConfig
+from crawler_bench.output.csv_files import write_csv
+from crawler_bench.output.style import save
+from crawler_bench.readings.catalogue import DEFAULT, Reading
+from crawler_bench.readings.figures_of_search import front, trap_map
+from crawler_bench.readings.leads import LEADS
+from crawler_bench.readings.search import best, ordered_finals, run_again, run_trials
+from crawler_bench.readings.sizes import Size
+from crawler_bench.runs import store
+
+STAGES = ("trials", "again", "finals")
+
+
+def search(
+    bases: Mapping[str, RunConfig],
+    size: Size,
+    *,
+    scratch: Path,
+    folder: Path,
+    jobs: int,
+    say: Callable[[str], None],
+) -> pd.DataFrame:
+    """Run the search, or what is left of it, and write what it found.
+
+    Args:
+        bases: the run of the default reading for each experiment.
+        size: how much is run.
+        scratch: folder that keeps finished trials; the same one goes on.
+        folder: of the results.
+        jobs: parallel processes; 0 is one per core.
+        say: told how far the search is.
+
+    Returns:
+        One row per finalist, the reading that the rule chooses first.
+    """
+    started = time.time()
+    trial_seeds, again_seeds, final_seeds = size.search_seeds
+    say(f"{size.trials} trials of {len(trial_seeds)} seeds; what is finished is in {scratch}")
+    trials = run_trials(
+        bases, scratch / "journal.log", first=LEADS, seeds=trial_seeds, trials=size.trials, jobs=jobs, say=say
+    )
+    say(f"the best {size.again} again on {len(again_seeds)} fresh seeds")
+    readings = best(trials, size.again)
+    again = run_again(readings, bases, again_seeds, folder=scratch, jobs=jobs, say=say)
+    say(f"the best {size.finals} of these, and the default, on {len(final_seeds)} fresh seeds")
+    finalists = [*_first(again, size.finals), DEFAULT]
+    finals = ordered_finals(run_again(finalists, bases, final_seeds, folder=scratch, jobs=jobs, say=say))
+    with store.replace(folder) as draft:
+        for name, frame in zip(STAGES, (trials, again, finals), strict=True):
+            write_csv(frame, draft / f"{name}.csv")
+        save(front(trials, finals), draft, "front")
+        save(trap_map(trials, again, finals), draft, "traps")
+        store.write_command(draft)
+        store.write_manifest(draft, started, seeds=size.search_seeds, cpu_seconds=_cpu_seconds())
+    return finals
+
+
+def _first(again: pd.DataFrame, number: int) -> list[Reading]:
+    """The first by the rule of the finals."""
+    by_name = {each.name: each for each in best(again, len(again))}
+    return [by_name[name] for name in ordered_finals(again)["reading"] if name in by_name][:number]
+
+
+def _cpu_seconds() -> float:
+    """Processor time of this process and of its workers that have ended."""
+    used = [resource.getrusage(who) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)]
+    return sum(each.ru_utime + each.ru_stime for each in used)

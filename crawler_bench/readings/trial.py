@@ -1,0 +1,122 @@
+"""One trial of the search: a reading, trained and measured in memory, and given up early if it is hopeless.
+
+What is measured is what `crawler-bench reproduce` measures, by the same functions; only nothing is written.
+A trial ends early when the nearest-neighbour wave, put into this body by hand, is further than the verdict
+"partly reproduced" allows from the paper's speed, wave frequency or peak contraction, or when too few of the
+first runs find the wiring. It is then scored by what is known; what was not run counts as missing.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+import pandas as pd
+
+from crawler_bench.config.schema import RunConfig, override
+from crawler_bench.paper.verdicts import Results
+from crawler_bench.readings.catalogue import Reading
+from crawler_bench.readings.laboratory import EXPERIMENTS, REGULARIZED, UNREGULARIZED
+from crawler_bench.readings.scoring import Score, score
+from crawler_bench.runs.evaluation import Evaluation, measure
+from crawler_bench.runs.policy_table import action_table
+from crawler_bench.runs.results import Measured, label, tabulate
+from crawler_bench.runs.training import learn
+
+PAPER = {"speed": 0.0056, "waves_per_tau": 0.026, "peak_contraction": 0.33}
+HOPELESS = 0.25  # relative distance of the hand-written wave from one of these
+FEWEST = (3, 1 / 3), (7, 1 / 2)  # (runs, least share of them that has found the wiring)
+UNTRAINED = EXPERIMENTS[2]
+
+
+@dataclass(frozen=True)
+class Trial:
+    """What a trial found.
+
+    Attributes:
+        reading: the reading.
+        score: how it fares.
+        runs: one row per run.
+        stopped: why it was given up; empty if it was not.
+    """
+
+    reading: Reading
+    score: Score
+    runs: pd.DataFrame
+    stopped: str = ""
+
+
+@dataclass
+class _Bench:
+    """The runs of one reading, and evaluations of tables that several of them end with."""
+
+    reading: Reading
+    bases: Mapping[str, RunConfig]
+    measured: list[Measured] = field(default_factory=list)
+    known: dict[tuple[str, bytes, int], Evaluation] = field(default_factory=dict)
+
+    def run(self, experiment: str, seed: int) -> Evaluation:
+        """Train and measure one run."""
+        config = self.reading.configure(self.bases[experiment])
+        agent, recorder = learn(config, seed, interval=max(config.decisions // 20, 1))
+        table = action_table(agent, config.parameters.n_segments, config.evaluation.mode)
+        evaluation = self.evaluate(experiment, config, seed, table)
+        name = f"{experiment}-seed{seed:02d}"
+        self.measured.append(Measured(label(experiment, config, seed), name, evaluation, recorder.curve()))
+        return evaluation
+
+    def evaluate(self, experiment: str, config: RunConfig, seed: int, table: np.ndarray) -> Evaluation:
+        """Measure a table once; the seed of one that draws nothing changes nothing."""
+        key = (experiment, table.tobytes(), seed if (table.max(axis=1) < 1).any() else 0)
+        if key not in self.known:
+            self.known[key] = measure(config, seed, table, config.evaluation)
+        return self.known[key]
+
+
+def try_reading(
+    reading: Reading, bases: Mapping[str, RunConfig], seeds: Sequence[int], *, patient: bool = False
+) -> Trial:
+    """Train and score one reading.
+
+    Args:
+        reading: the reading.
+        bases: the run of the default reading for each experiment.
+        seeds: of the training runs.
+        patient: never give up.
+    """
+    bench = _Bench(reading, bases)
+    stopped = ""
+    for reason in _stages(bench, seeds):
+        if reason and not patient:
+            stopped = reason
+            break
+    runs, evaluations, _ = tabulate(bench.measured)
+    return Trial(reading, score(Results(runs, evaluations), seeds, resamples=0), runs, stopped)
+
+
+def _stages(bench: _Bench, seeds: Sequence[int]) -> Iterator[str]:
+    """Run all that there is to run; yield, in between, why the rest would be in vain."""
+    far = _wave_by_hand(bench)
+    yield f"the wave's {far} is far from the paper's" if far else ""
+    found = []
+    for seed in seeds:
+        policy = bench.run(REGULARIZED, seed).table.argmax(axis=1)
+        found.append(bool((policy == np.arange(policy.size)).all()))
+        few = any(len(found) >= n and np.mean(found) < share for n, share in FEWEST)
+        yield "few runs find the wiring" if few else ""
+    for seed in seeds:
+        bench.run(UNREGULARIZED, seed)
+        bench.run(UNTRAINED, seed)
+
+
+def _wave_by_hand(bench: _Bench) -> str:
+    """The paper's first number that the nearest-neighbour wave is far from; empty if there is none."""
+    config = bench.reading.configure(bench.bases[REGULARIZED])
+    quick = override(config, {"evaluation.starts": 2, "evaluation.noise": [0.0]}, "trial")
+    evaluation = measure(config, 0, np.eye(config.parameters.n_segments), quick.evaluation)
+    starts = evaluation.starts
+    ours = {
+        "speed": starts["speed"].mean(),
+        "waves_per_tau": 1 / evaluation.cycles["duration"].mean(),
+        "peak_contraction": starts["peak_contraction"].mean(),
+    }
+    return next((name for name, paper in PAPER.items() if not abs(ours[name] / paper - 1) <= HOPELESS), "")
