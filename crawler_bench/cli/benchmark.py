@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from crawler_bench.cli.console import console, logger, print_frame
+from crawler_bench.cli.console import conclude, console, logger, print_frame
 from crawler_bench.cli.options import (
     RUNS,
     Jobs,
@@ -59,17 +59,11 @@ def benchmark(
     folder = out or RESULTS.with_name(RESULTS.name + changed)
     require_ours(folder, "benchmark", "summary.csv")
     found = run_benchmark(entries, runs, jobs=jobs, quiet=quiet)
-    say = logger(quiet)
-    facts = write_benchmark(found, entries, folder, say=say)
+    facts = write_benchmark(found, entries, folder, say=logger(quiet))
     print_frame(overview(folder))
-    console.print(f"{facts}\nWritten to {folder}: tables, figures, runs.csv, policies.", soft_wrap=True)
-    if preset is Preset.smoke:
-        console.print("This was the smoke preset: too small for its numbers to mean anything.")
-    if found.failures:
-        raise RuntimeError(
-            f"{len(found.failures)} runs failed (see {folder / 'failures.csv'}); "
-            "the same command tries them again"
-        )
+    console.print(facts, soft_wrap=True)
+    written = f"{folder}: tables, figures, runs.csv, policies"
+    conclude(written, preset is Preset.smoke, [each.error for each in found.failures])
 
 
 def reproduce_cell(

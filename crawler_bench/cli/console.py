@@ -62,6 +62,22 @@ def logger(quiet: bool) -> Callable[[str], None]:
     return (lambda text: None) if quiet else (lambda text: notes.print(text, markup=False))
 
 
+def conclude(written: str, smoke: bool, errors: list[str]) -> None:
+    """Say what was written, and that the smoke preset proves nothing.
+
+    Raises:
+        RuntimeError: if runs failed.
+    """
+    if written:
+        console.print(f"Written to {written}.", soft_wrap=True)
+    if smoke:
+        console.print("This was the smoke preset: too small for its numbers to mean anything.")
+    if errors:
+        raise RuntimeError(
+            f"{len(errors)} runs failed; the first: {errors[0]}; the same command tries them again"
+        )
+
+
 @contextlib.contextmanager
 def one_line_errors() -> Iterator[None]:
     """Turn what a user can fix into one line and a non-zero exit; a bug keeps its traceback.

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from crawler_bench.cli.console import console, logger, print_claims
+from crawler_bench.cli.console import conclude, logger, print_claims
 from crawler_bench.cli.options import (
     RUNS,
     Jobs,
@@ -51,12 +51,9 @@ def reproduce(
     folder = out or Path("results") / ("changed" if seeds or set_ else preset)
     if not claim:
         require_ours(folder, "reproduce", "claims.csv")
-    needed = (
-        {name for each in claims for name in each.experiments} if claim else set(reproduction.EXPERIMENTS)
-    )
-    experiments = [
-        _experiment(name, preset, set_, seeds) for name in reproduction.EXPERIMENTS if name in needed
-    ]
+    needed = {name for each in claims for name in each.experiments} if claim else reproduction.EXPERIMENTS
+    names = [name for name in reproduction.EXPERIMENTS if name in needed]
+    experiments = [_experiment(name, preset, set_, seeds) for name in names]
     found = reproduction.reproduce(experiments, runs, jobs=jobs, quiet=quiet)
     options = "".join([
         f" --preset {preset.value}" if preset is not Preset.paper else "",
@@ -68,16 +65,8 @@ def reproduce(
     else:
         frame = reproduction.write_results(found, folder, options=options, say=logger(quiet))
     print_claims(frame)
-    if not claim:
-        console.print(
-            f"Written to {folder}: claims.md, figures, animations, runs.csv, policies.", soft_wrap=True
-        )
-    if preset is Preset.smoke:
-        console.print("This was the smoke preset: too small for its verdicts to mean anything.")
-    if found.failures:
-        raise RuntimeError(
-            f"{len(found.failures)} runs failed (see FAILED above); the same command tries them again"
-        )
+    written = "" if claim else f"{folder}: claims.md, figures, animations, runs.csv, policies"
+    conclude(written, preset is Preset.smoke, [each.error for each in found.failures])
 
 
 def _experiment(name: str, preset: Preset, set_: list[str] | None, seeds: str | None) -> "Experiment":

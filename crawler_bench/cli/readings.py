@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from crawler_bench.cli.console import console, logger, print_frame
+from crawler_bench.cli.console import conclude, console, logger, print_frame
 from crawler_bench.cli.options import RUNS, Jobs, Preset, PresetOption, Quiet, Runs, require_ours
 
 if TYPE_CHECKING:
@@ -58,9 +58,8 @@ def _laboratory(size: "Size", runs: Path, jobs: int, quiet: bool) -> "Laboratory
     from crawler_bench.config.files import config_folder, load_experiment
     from crawler_bench.readings.laboratory import EXPERIMENTS, Laboratory
 
-    bases = {}
-    for name in EXPERIMENTS:
-        bases[name] = size.apply(load_experiment(config_folder() / "paper" / f"{name}.yaml").run)
+    paths = {name: config_folder() / "paper" / f"{name}.yaml" for name in EXPERIMENTS}
+    bases = {name: size.apply(load_experiment(path).run) for name, path in paths.items()}
     return Laboratory(bases, runs, jobs, quiet)
 
 
@@ -109,9 +108,5 @@ def _study(laboratory: "Laboratory", size: "Size", folder: Path, preset: Preset)
     study = conduct(laboratory, size.readings(), size)
     print_frame(write(study, folder, started, logger(laboratory.quiet))[SHOWN].head(20))
     print_frame(study.confirmation())
-    console.print(f"Written to {folder}: readings.md, figures, tables.", soft_wrap=True)
-    if preset is Preset.smoke:
-        console.print("This was the smoke preset: too small for its scores to mean anything.")
     failed = [f"{each.reading.name}: {error}" for each in study.scored for error in each.errors]
-    if failed:
-        raise RuntimeError(f"{len(failed)} runs failed; the first: {failed[0]}")
+    conclude(f"{folder}: readings.md, figures, tables", preset is Preset.smoke, failed)

@@ -71,10 +71,10 @@ def read_evaluation(place: Path) -> Evaluation:
     try:
         starts, cycles, nodes = (pd.read_csv(place / f"{name}.csv") for name in ("starts", "cycles", "nodes"))
         starts[["noise", "start", "speed", "stalled"]], cycles["duration"]
-        with np.load(place / "gait.npz") as arrays:
+        with (place / "gait.npz").open("rb") as file, np.load(file) as arrays:
             gait = Record(**arrays)
-        table = np.loadtxt(place / "table.csv", delimiter=",", ndmin=2)
-        table = probabilities(table, len(table))
+        rows = [line.split(",") for line in (place / "table.csv").read_text().splitlines()]
+        table = probabilities(rows, len(rows))
     except (OSError, EOFError, KeyError, TypeError, ValueError, zipfile.BadZipFile) as error:
         raise store.NotARunError(
             f"{place} is damaged ({type(error).__name__}); remove that folder and repeat the command"

@@ -38,6 +38,7 @@ def test_rewards_are_scaled_while_learning(kind):
         seen[scale] = np.array([agent.env.step(np.array([i % 10, 3]))[1] for i in range(50)])
     assert np.abs(seen[1.0]).max() > 0
     np.testing.assert_allclose(seen[REWARD_SCALE], REWARD_SCALE * seen[1.0], rtol=1e-6)
+    assert 0.1 < np.abs(seen[REWARD_SCALE]).max() < 1  # of order one, as the defaults assume
 
 
 @KINDS

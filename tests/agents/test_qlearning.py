@@ -163,10 +163,28 @@ def test_the_reading_of_an_end_is_saved(tmp_path: Path) -> None:
     np.testing.assert_array_equal(resumed.q_table, whole.q_table)
 
 
-def test_interrupted_calls_of_learn_add_up() -> None:
+def test_calls_of_learn_add_up_whatever_is_asked_between() -> None:
     whole = QLearning(crawler(), seed=2).learn(4000)
-    parts = QLearning(crawler(), seed=2).learn(1).learn(1699).learn(2300)
+    parts = QLearning(crawler(), seed=2).learn(1)
+    parts.predict(np.zeros(1000, dtype=int))  # breaks ties of its own
+    parts.learn(1699).learn(2300)
     np.testing.assert_array_equal(whole.q_table, parts.q_table)
+
+
+def test_only_the_first_reset_is_seeded() -> None:
+    seeds: list[int | None] = []
+
+    class Watched(Chain):
+        def reset(self, *, seed: int | None = None, options: Any = None) -> tuple[int, dict[str, Any]]:
+            seeds.append(seed)
+            return super().reset(seed=seed)
+
+    agent = QLearning(Watched(), seed=0).learn(5)
+    agent.set_env(Watched())
+    agent.learn(5)
+    assert seeds[0] is not None
+    assert len(seeds) > 1
+    assert not any(seeds[1:])
 
 
 def test_a_saved_agent_is_json(tmp_path: Path) -> None:

@@ -7,6 +7,7 @@ import pytest
 
 from crawler_bench.config.files import AGENTS
 from crawler_bench.envs.crawler import CrawlerEnv
+from crawler_bench.physics.parameters import CrawlerParameters
 from crawler_bench.runs.agent import agent_class
 
 
@@ -48,3 +49,6 @@ def test_still_stands_still() -> None:
         observation, *_, info = env.step(int(agent.predict(observation)[0]))
         places.append(info["centroid"])
     assert places[-1] - places[500] < 1e-3
+    eleven = CrawlerEnv(CrawlerParameters(n_segments=11))
+    middle = agent_class("still")(env=eleven, seed=None).predict(np.arange(11), deterministic=True)[0]
+    np.testing.assert_array_equal(middle, 10 - middle)  # as far from the head's end as from the tail's

@@ -10,6 +10,7 @@ from crawler_bench import cli
 from crawler_bench.config.schema import ConfigError
 
 SHORT = "starts=2 warm_up=5 duration=40 settle=10 gait=40 evaluation.noise=[0,0.1] decisions=2000".split()
+SHORTLY = ("--jobs", 1, "--quiet")
 SETTINGS = [word for each in SHORT for word in ("--set", each)]
 
 
@@ -18,19 +19,8 @@ def crawler_bench(*words):
 
 
 def benchmark(folder: Path, *words):
-    common = (
-        "--runs",
-        folder / "runs",
-        "--out",
-        folder / "out",
-        "--jobs",
-        1,
-        "--quiet",
-        "--seeds",
-        2,
-        *SETTINGS,
-    )
-    return crawler_bench("benchmark", *words, *common)
+    folders = ("--runs", folder / "runs", "--out", folder / "out")
+    return crawler_bench("benchmark", *words, *folders, *SHORTLY, "--seeds", 2, *SETTINGS)
 
 
 @pytest.fixture(scope="module")
@@ -53,9 +43,7 @@ def test_the_entries_that_were_asked_for_are_compared(compared):
 def test_a_cell_is_made_again_by_its_hash(compared):
     summary = pd.read_csv(compared / "out" / "summary.csv", dtype={"hash": str})
     cell = summary[(summary["agent"] == "qlearning") & (summary["metric"] == "speed")].iloc[0]
-    done = crawler_bench(
-        "reproduce-cell", f"#{cell['hash']}", "--results", compared / "out", "--jobs", 1, "--quiet"
-    )
+    done = crawler_bench("reproduce-cell", f"#{cell['hash']}", "--results", compared / "out", *SHORTLY)
     assert done.exit_code == 0, done.output
     assert "1 equal" in done.output
     summary.loc[cell.name, ["value", "low", "high"]] = 1.0, 0.9, 1.1
@@ -65,9 +53,7 @@ def test_a_cell_is_made_again_by_its_hash(compared):
             (compared / "changed" / path.name).symlink_to(path)
     (compared / "changed" / "summary.csv").unlink()
     summary.to_csv(compared / "changed" / "summary.csv", index=False)
-    done = crawler_bench(
-        "reproduce-cell", cell["hash"], "--results", compared / "changed", "--jobs", 1, "--quiet"
-    )
+    done = crawler_bench("reproduce-cell", cell["hash"], "--results", compared / "changed", *SHORTLY)
     assert isinstance(done.exception, RuntimeError)
     assert "1 different" in done.output
 
@@ -113,20 +99,12 @@ def test_what_cannot_be_compared_is_said_before_anything_is_computed(tmp_path):
         done = benchmark(tmp_path, *words)
         assert isinstance(done.exception, ConfigError | ValueError)
         assert said in str(done.exception)
-    (tmp_path / "out").mkdir()
-    (tmp_path / "out" / "thesis.txt").write_text("mine")
-    done = benchmark(tmp_path, "--only", "wave")
-    assert "was not written by `crawler-bench benchmark`" in str(done.exception)
     assert not (tmp_path / "runs").exists()
 
 
 def test_a_search_writes_its_trials_and_its_best(tmp_path):
-    settings = [
-        word for each in (*SHORT[:-2], "evaluation.noise=[0]", "decisions=500") for word in ("--set", each)
-    ]
-    done = crawler_bench(
-        "tune", "qlearning", "--runs", tmp_path / "runs", "--out", tmp_path, "--jobs", 1, "--quiet", *settings
-    )
+    folders = ("--runs", tmp_path / "runs", "--out", tmp_path)
+    done = crawler_bench("tune", "qlearning", "--preset", "smoke", *folders, *SHORTLY)
     assert done.exit_code == 0, done.output
-    assert len(pd.read_csv(tmp_path / "qlearning.csv")) == 12
+    assert len(pd.read_csv(tmp_path / "qlearning.csv")) == 4
     assert "learning_rate" in (tmp_path / "qlearning.yaml").read_text()

@@ -15,8 +15,8 @@ from crawler_bench.readings.fields import FIELDS, GIVEN, NO_LIMIT, REGULARIZATIO
 from crawler_bench.readings.frames import read_reading, summarize
 from crawler_bench.readings.laboratory import Laboratory, Scored
 from crawler_bench.readings.scoring import RESAMPLES
-from crawler_bench.readings.search import RANGES
 from crawler_bench.readings.sizes import FULL, smoke
+from crawler_bench.readings.space import CONSTANTS
 from crawler_bench.readings.study import Study, is_rival
 from crawler_bench.report import blocks
 from tests.readings.test_scoring import plant, score
@@ -49,7 +49,7 @@ def test_every_field_is_tried_alone_and_starts_from_a_value_that_the_default_has
 
 
 def test_the_search_varies_the_fields_that_are_called_continuous():
-    assert set(RANGES) == {field.key for field in FIELDS if field.continuous}
+    assert set(CONSTANTS) == {field.key for field in FIELDS if field.continuous}
 
 
 def test_a_reading_changes_what_it_says_and_nothing_else(bases):

@@ -16,7 +16,7 @@ from crawler_bench.physics.parameters import CHOICES, CrawlerParameters
 from crawler_bench.runs import store
 
 ROOT = Path(compilation.__file__).parents[2]
-RUN = RunConfig(agent="agents.reference:Random")
+RUN = RunConfig(agent="random")
 
 
 def other_parameters(name: str) -> CrawlerParameters:
@@ -27,18 +27,13 @@ def other_parameters(name: str) -> CrawlerParameters:
     return replace(CrawlerParameters(), **{name: other})
 
 
-OTHERS = [
-    *(RUN.model_copy(update={"parameters": other_parameters(each.name)}) for each in fields(RUN.parameters)),
-    *(
-        RUN.model_copy(update={"environment": EnvironmentConfig(**{name: 7.5})})
-        for name in EnvironmentConfig.model_fields
-    ),
-    RUN.model_copy(update={"agent": "agents.reference:Still"}),
-    RUN.model_copy(update={"settings": {"learning_rate": 0.1}}),
-    RUN.model_copy(update={"settings": {"learning_rate": 0.2}}),
-    RUN.model_copy(update={"decisions": 5}),
-    RUN.model_copy(update={"crawlers": 2}),
+CHANGES = [
+    *({"parameters": other_parameters(each.name)} for each in fields(RUN.parameters)),
+    *({"environment": EnvironmentConfig(**{name: 7.5})} for name in EnvironmentConfig.model_fields),
+    {"agent": "still"}, {"settings": {"learning_rate": 0.1}}, {"settings": {"learning_rate": 0.2}},
+    {"decisions": 5}, {"crawlers": 2},
 ]  # fmt: skip
+OTHERS = [RUN.model_copy(update=change) for change in CHANGES]
 
 
 def test_every_field_that_decides_a_run_changes_its_key():
@@ -47,11 +42,8 @@ def test_every_field_that_decides_a_run_changes_its_key():
     assert len(set(keys)) == len(keys)
     assert keys[0] == store.training_key(RunConfig(agent=RUN.agent), 0)
     assert {len(key) for key in keys} == {10}
-
-
-def test_how_a_run_is_evaluated_does_not_change_its_key():
-    other = RUN.model_copy(update={"evaluation": EvaluationConfig(starts=3, seed=1)})
-    assert store.training_key(other, 0) == store.training_key(RUN, 0)
+    evaluated = RUN.model_copy(update={"evaluation": EvaluationConfig(starts=3, seed=1)})
+    assert store.training_key(evaluated, 0) == keys[0]  # how a run is evaluated does not change it
 
 
 def test_every_field_of_an_evaluation_changes_its_key():
@@ -71,23 +63,25 @@ def test_the_sources_of_an_agent_change_its_key(tmp_path, monkeypatch):
     package.mkdir()
     for name in ("__init__", "agent", "helper"):
         (package / f"{name}.py").write_text("")
-    for agent, source in (
-        ("mine_alone:A", "mine_alone.py"),
-        ("mine_packed.agent:A", "mine_packed/helper.py"),
-    ):
+    sources = {"mine_alone:A": "mine_alone.py", "mine_packed.agent:A": "mine_packed/helper.py"}
+    for agent, source in sources.items():
         run = RUN.model_copy(update={"agent": agent})
         before = store.training_key(run, 0)
         (tmp_path / source).write_text("# edited\n")
         assert store.training_key(run, 0) != before
-    assert store.training_key(RUN, 0) == store.training_key(RUN, 0)
 
 
-@pytest.mark.parametrize("name", ["gait", "evaluation.py", "policy_table.py"])
-def test_the_sources_that_measure_change_the_key_of_an_evaluation(name, monkeypatch):
-    assert name in {place.name for place in store.EVALUATION_SOURCES if place.exists()}
-    before = store.evaluation_key(EvaluationConfig())
-    monkeypatch.setattr(store, "EVALUATION_HASH", "edited")
-    assert store.evaluation_key(EvaluationConfig()) != before
+def test_the_sources_that_run_and_measure_change_the_keys(monkeypatch):
+    measuring = {place.name for place in store.EVALUATION_SOURCES if place.exists()}
+    assert measuring == {"gait", "evaluation.py", "policy_table.py"}
+    for name, key in (
+        ("EVALUATION_HASH", lambda: store.evaluation_key(EvaluationConfig())),
+        ("TRAINING_HASH", lambda: store.training_key(RUN, 0)),
+        ("KERNEL_HASH", lambda: store.training_key(RUN, 0)),
+    ):
+        before = key()
+        monkeypatch.setattr(store, name, "edited")
+        assert key() != before
 
 
 def test_folder_names_are_readable():
@@ -99,10 +93,25 @@ def test_publishing_is_all_or_nothing(tmp_path):
     folder = tmp_path / "deep" / "run"
     with store.publish(folder) as draft:
         (draft / "file").write_text("whole")
+        same = draft.stat().st_ino
         assert not folder.exists()
+    assert folder.stat().st_ino == same  # renamed, not copied
     assert [path.name for path in folder.parent.iterdir()] == ["run"]
     assert (folder / "file").read_text() == "whole"
     assert folder.stat().st_mode & 0o777 == 0o755
+
+
+def test_a_folder_that_cannot_be_replaced_stays_as_it_was(tmp_path):
+    folder = tmp_path / "results"
+    folder.mkdir()
+    (folder / "file").write_text("old")
+    with pytest.raises(FileNotFoundError), store.replace(folder) as draft:
+        shutil.rmtree(draft)
+    assert (folder / "file").read_text() == "old"
+    with store.replace(folder) as draft:
+        (draft / "file").write_text("new")
+    assert (folder / "file").read_text() == "new"
+    assert list(tmp_path.iterdir()) == [folder]
 
 
 @pytest.mark.parametrize("error", [RuntimeError, KeyboardInterrupt])
@@ -169,9 +178,10 @@ def test_a_run_is_read_as_written(tmp_path):
     assert store.read_run(tmp_path) == (run, 5)
 
 
-@pytest.mark.parametrize(
-    "content", ["seed: 1\nrun: {decision: 5}\n", "seed: x\nrun: {}\n", "5", "[", "seed: 1"]
-)
+BROKEN = ["seed: 1\nrun: {decision: 5}\n", "seed: x\nrun: {}\n", "5", "[", "seed: 1"]
+
+
+@pytest.mark.parametrize("content", BROKEN)
 def test_a_broken_configuration_is_said_in_one_line(tmp_path, content):
     store.write_manifest(tmp_path, time.time())
     (tmp_path / store.CONFIG).write_text(content)
@@ -208,15 +218,8 @@ def test_an_edit_in_a_file_that_is_called_changes_the_result_and_the_key(tmp_pat
     environment = os.environ | {"PYTHONPATH": str(tmp_path), "CRAWLER_BENCH_CACHE": str(tmp_path / "cache")}
 
     def crawl() -> list[str]:
-        done = subprocess.run(
-            [sys.executable, "-c", CRAWL],
-            cwd=tmp_path,
-            env=environment,
-            capture_output=True,
-            text=True,
-            check=True,
-        )
-        return done.stdout.split()
+        words = [sys.executable, "-c", CRAWL]
+        return subprocess.check_output(words, cwd=tmp_path, env=environment, text=True).split()
 
     before = crawl()
     assert Path(before[0]).is_relative_to(tmp_path)

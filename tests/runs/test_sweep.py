@@ -47,6 +47,7 @@ def contents(root: Path) -> dict[str, bytes]:
 
 
 def manifests(root: Path) -> dict[Path, int]:
+    """When each piece of work was finished."""
     return {path: path.stat().st_mtime_ns for path in root.rglob(store.MANIFEST)}
 
 
@@ -141,9 +142,8 @@ def test_a_failing_cell_is_reported_and_stops_nothing(finished, tmp_path, monkey
     cells = [Cell("broken", config, 0) for config in (*broken, unknown)]
     outcomes = run_cells([*cells, CELLS[4]], tmp_path / "runs", jobs=1)
     said = capsys.readouterr().err
-    for outcome, reason in zip(
-        outcomes, ["ZeroDivisionError: no luck today", "Missing", "temperature"], strict=False
-    ):
+    reasons = ["ZeroDivisionError: no luck today", "Missing", "temperature"]
+    for outcome, reason in zip(outcomes, reasons, strict=False):
         assert reason in outcome.error
         assert reason in said
         assert "Traceback" in outcome.log
@@ -171,13 +171,9 @@ def test_a_killed_sweep_goes_on_as_if_nothing_had_happened(finished, tmp_path):
     complete, _ = finished
     root = tmp_path / "runs"
     process = subprocess.Popen(
-        [sys.executable, "-c", SWEEP, str(root)],
-        cwd=ROOT,
-        env=os.environ | {"PYTHONPATH": str(ROOT)},
-        start_new_session=True,
-        stdout=subprocess.DEVNULL,
-        stderr=subprocess.DEVNULL,
-    )
+        [sys.executable, "-c", SWEEP, str(root)], cwd=ROOT, env=os.environ | {"PYTHONPATH": str(ROOT)},
+        start_new_session=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+    )  # fmt: skip
     try:
         deadline = time.monotonic() + 60
         while not list(root.glob("[!.]*")):

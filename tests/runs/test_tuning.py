@@ -2,13 +2,14 @@
 
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
 import pytest
 import yaml
 
 from crawler_bench.config.files import config_folder, load_experiment, load_tuning
 from crawler_bench.config.schema import ConfigError, Tuning
-from crawler_bench.runs import training
+from crawler_bench.runs import training, tuning
 from crawler_bench.runs.tuning import tune
 
 RESULTS = Path(__file__).parents[2] / "results" / "tuning"
@@ -67,6 +68,18 @@ def test_repeated_it_looks_up_and_gives_the_same(tuned, monkeypatch):
     pd.testing.assert_frame_equal(again[1], trials)
 
 
+@pytest.mark.parametrize("agent", ["dqn", "ppo", "qlearning"])
+def test_the_committed_search_is_proposed_again(agent, monkeypatch, tmp_path):
+    """Trial by trial, from the rewards that it was told: the sampler is seeded and sees no other numbers."""
+    committed = pd.read_csv(RESULTS / f"{agent}.csv")
+    rewards = iter(committed["reward"])
+    monkeypatch.setattr(tuning, "_try", lambda *_, **__: {"reward": next(rewards), "error": ""})
+    space = load_tuning(config_folder() / "tuning" / f"{agent}.yaml")
+    trials = tune(space, tmp_path, jobs=1, quiet=True, say=lambda text: None)[1]
+    for key in space.space:
+        np.testing.assert_allclose(trials[key].astype(float), committed[key].astype(float), rtol=1e-8)
+
+
 def test_a_trial_that_fails_is_listed(tmp_path):
     text = SEARCH.replace("values: [0.05, 0.2]", "values: [0.2, .inf]").replace("trials: 6", "trials: 5")
     best, trials = tune(search(tmp_path, text), tmp_path / "runs", jobs=1, quiet=True, say=lambda text: None)
@@ -87,16 +100,14 @@ def test_a_search_needs_a_space(tmp_path):
 @pytest.mark.parametrize("agent", ["dqn", "ppo", "qlearning"])
 def test_what_is_compared_as_tuned_is_what_the_search_found(agent):
     folder = config_folder()
-    tuning, entry = (
-        load_tuning(folder / "tuning" / f"{agent}.yaml"),
-        load_experiment(folder / "benchmark" / f"{agent}-tuned.yaml"),
-    )
+    searched = load_tuning(folder / "tuning" / f"{agent}.yaml")
+    entry = load_experiment(folder / "benchmark" / f"{agent}-tuned.yaml")
     trials = pd.read_csv(RESULTS / f"{agent}.csv")
-    assert len(trials) == tuning.trials
+    assert len(trials) == searched.trials
     best = trials.loc[trials["reward"].idxmax()]
     found = yaml.safe_load((RESULTS / f"{agent}.yaml").read_text())["settings"]
-    for key in tuning.space:
+    for key in searched.space:
         name = key.removeprefix("settings.")
         assert entry.run.settings[name] == found[name] == pytest.approx(best[key], rel=1e-8)
-    assert not set(tuning.seeds) & set(entry.seeds)
+    assert not set(searched.seeds) & set(entry.seeds)
     assert load_experiment(folder / "benchmark" / f"{agent}.yaml").run.decisions == entry.run.decisions
