@@ -110,9 +110,7 @@ def test_no_place_is_special(n_segments: int, head_muscle: str) -> None:
         for crawler in (here, there):
             crawler.advance(action, p.steps_per_decision)
         np.testing.assert_allclose(there.nodes["velocity"], here.nodes["velocity"], atol=1e-12)
-        np.testing.assert_allclose(
-            there.nodes["displacement"], here.nodes["displacement"] + 3.7, atol=1e-11
-        )
+        np.testing.assert_allclose(there.nodes["displacement"], here.nodes["displacement"] + 3.7, atol=1e-11)
         moved = moved or bool(np.any(here.nodes["velocity"] > 1e-3))
     assert moved
 

@@ -31,9 +31,7 @@ def a_node(terms: tuple[float, float, float], sliding: bool):  # type: ignore[no
     return node
 
 
-def changes(
-    terms: tuple[float, float, float], sliding: bool, seen: list[Response], k: Coefficients
-) -> bool:
+def changes(terms: tuple[float, float, float], sliding: bool, seen: list[Response], k: Coefficients) -> bool:
     """Whether a node is beyond a limit at one of these times."""
     margins = [margin_at(Margin(*terms, sliding), now) for now in seen]
     return min(margins) < (0.0 if sliding else -k.backward) or (not sliding and max(margins) > k.forward)

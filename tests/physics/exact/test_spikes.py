@@ -74,4 +74,6 @@ def test_a_spike_adds_its_gain_and_leaves_the_force_as_it_is(is_on: bool) -> Non
     assert force_at(nodes[4].muscle, now) == pytest.approx(force, abs=1e-14)
     assert nodes[4].limit_time == pytest.approx(0.3 + k.tau_m * log(drive), rel=1e-14)
     assert nodes[4].spike_time == (0.3 + pi / k.neuron_rate if is_on else NEVER)
-    np.testing.assert_allclose(nodes["net"]["constant"][[3, 4]], [-1.0, 1.0])  # F_max, the drive being limited
+    np.testing.assert_allclose(
+        nodes["net"]["constant"][[3, 4]], [-1.0, 1.0]
+    )  # F_max, the drive being limited
