@@ -5,7 +5,7 @@ BIN := $(VENV)/bin
 STAMP := $(VENV)/installed
 
 .DEFAULT_GOAL := help
-.PHONY: help reproduce test test-slow speed check format clean
+.PHONY: help reproduce test test-slow coverage speed check format clean
 
 help: ## list the targets
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | awk -F ':.*## ' '{printf "  make %-10s %s\n", $$1, $$2}'
@@ -26,6 +26,13 @@ test: check ## run the checks and the whole fast test suite
 test-slow: $(STAMP) ## the tests that train at full length
 	$(BIN)/python -m pytest -n 2 -m slow
 
+# Lines that are compiled cannot be traced, so their tests run once more as plain Python, as far as they are short.
+coverage: $(STAMP) ## which lines the tests reach, compiled ones included; writes htmlcov/
+	NUMBA_DISABLE_JIT=1 $(BIN)/python -m pytest -n 2 -m "not slow" -p tests.without_compiler --cov --cov-report= \
+		-W "ignore:overflow encountered:RuntimeWarning" tests/physics tests/envs tests/agents tests/gait
+	$(BIN)/python -m pytest -n 2 -m "not slow" --cov --cov-append --cov-report=term --cov-report=html \
+		--ignore=tests/physics --ignore=tests/speed
+
 speed: $(STAMP) ## measure speed, append it to results/speed/, fail if a goal fails
 	$(BIN)/python -m pip install --quiet -c constraints.txt -e ".[dev,speed]"
 	$(BIN)/python -m speed
@@ -42,4 +49,4 @@ format: $(STAMP) ## format and fix what can be fixed
 	$(BIN)/ruff check --fix .
 
 clean: ## remove the virtual environment and every cache; results stay
-	rm -rf $(VENV) .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache
+	rm -rf $(VENV) .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache .coverage htmlcov

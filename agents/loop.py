@@ -24,12 +24,12 @@ def greedy(values: NDArray[np.float64], rng: State) -> int:
 
 
 @kernel
-def highest(values: NDArray[np.float64]) -> float:
-    """The highest of the values."""
-    best = -np.inf
-    for value in values:
+def largest(values: NDArray[np.float64]) -> float:
+    """The largest value: NumPy's `max` makes an array, which kernels cannot."""
+    best = values[0]
+    for value in values[1:]:
         best = max(best, value)
-    return best
+    return float(best)
 
 
 @kernel
@@ -56,6 +56,6 @@ def learn_on_crawler(
         a = greedy(Q[o], rng)
         o_next, r, _, _, _, end = decide(memory, a, task, env_rng)
         ended = end != RUNNING  # by distance or time, which truncates: worth looking through
-        update(Q, o, a, r + (0.0 if ended and end_is_terminal else gamma * highest(Q[o_next])), alpha)
+        update(Q, o, a, r + (0.0 if ended and end_is_terminal else gamma * largest(Q[o_next])), alpha)
         o = begin(memory, task, env_rng) if ended else o_next
     return o

@@ -15,7 +15,9 @@ Array = NDArray[np.float64]
 
 
 @kernel
-def solve_tridiagonal(lower: Array, diagonal: Array, upper: Array, sides: Array, n_solves: int) -> float:
+def solve_tridiagonal(
+    lower: Array, diagonal: Array, upper: Array, sides: Array, work: Array, n_solves: int
+) -> float:
     """Solve a general tridiagonal system by the Thomas algorithm, again and again.
 
     Args:
@@ -23,13 +25,14 @@ def solve_tridiagonal(lower: Array, diagonal: Array, upper: Array, sides: Array,
         diagonal: (n,).
         upper: (n,) above the diagonal; the last entry does not matter.
         sides: (m, n) right-hand sides, taken in turn.
+        work: (2, n) overwritten: kernels make no arrays.
         n_solves: how many.
 
     Returns:
         The sum of the first unknowns, so that no solve can be left out.
     """
     n = diagonal.size
-    factor, x = np.empty(n), np.empty(n)
+    factor, x = work[0], work[1]
     total = 0.0
     for solve in range(n_solves):
         side = sides[solve % sides.shape[0]]

@@ -60,8 +60,10 @@ def exact_against_solve(effort: Effort) -> list[Measurement]:
     n = 11
     lower, upper = rng.uniform(0.5, 1.0, (2, n))
     diagonal, sides = rng.uniform(2.5, 3.0, n), rng.standard_normal((1024, n))
+    work = np.empty((2, n))
     solver = Side(
-        f"general tridiagonal solve, n = {n}", lambda m: solve_tridiagonal(lower, diagonal, upper, sides, m)
+        f"general tridiagonal solve, n = {n}",
+        lambda m: solve_tridiagonal(lower, diagonal, upper, sides, work, m),
     )
     crawlers = [
         Side(f"crawler, exact, {name}", _replayed("exact", actions), float(STEPS * actions.size))

@@ -227,8 +227,7 @@ def run_again(
         rows.append(found)
         done = f"[{len(rows)}/{len(readings)}, {len(seeds)} seeds each]"
         say(f"{done} {found['reading']}: score {found['score']:.3f}, fails {found['failures'] or 'nothing'}")
-    order = {each.name: i for i, each in enumerate(readings)}
-    return pd.DataFrame(sorted(rows, key=lambda each: order[str(each["reading"])]))
+    return pd.DataFrame(rows).set_index("reading").loc[[each.name for each in readings]].reset_index()
 
 
 def _again(

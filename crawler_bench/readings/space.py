@@ -55,7 +55,7 @@ def draw(trial: optuna.Trial) -> dict[str, Value]:
     for key, of in CONSTANTS.items():
         source = trial.suggest_categorical(f"{key} from", (FREE, *of.sourced)) if of.sourced else FREE
         number = trial.suggest_float(key, of.low, of.high, step=of.step, log=of.step is None)
-        changes[key] = float(f"{number:.{DIGITS}g}") if source == FREE else float(source)
+        changes[key] = float(f"{number:.{DIGITS}g}") if source == FREE else float(str(source))
     return changes
 
 
