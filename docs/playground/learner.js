@@ -13,6 +13,7 @@ class Learner {
     this.random = random;
     this.n = crawler.parameters.n_segments;
     this.Q = new Float64Array(this.n * this.n).fill(settings.initial_q);
+    this.onStage = false; // whether its own body is the one that is seen
     this.choices = new Float64Array(this.n * this.n); // how often each entry was chosen lately
     this.decisions = 0;
     this.distance = 0; // crawled in all episodes, L
@@ -66,15 +67,16 @@ class Learner {
     Q[entry] = (1 - settings.learning_rate) * Q[entry] + settings.learning_rate * goal; // eq. 12
     this.choices[entry] += 1;
     this.decisions += 1;
+    if (this.decisions % 2000 === 0) this.fade();
     this.distance += displacement;
     this.observation = next;
     const over = crawler.centroid >= settings.episode_distance || crawler.time >= settings.time_limit - 1e-9;
     if (over) this.begin();
   }
 
-  /** Let the count of choices fade, so that it tells of the last ones. */
-  fade(share) {
-    for (let i = 0; i < this.choices.length; i++) this.choices[i] *= share;
+  /* Let the count of choices fade, so that it tells of the last 30,000 or so. */
+  fade() {
+    for (let i = 0; i < this.choices.length; i++) this.choices[i] *= 0.93;
   }
 
   /** The greedy action for every observation, the lowest of equal ones. */
