@@ -46,11 +46,11 @@ class Board {
 
   /** Show a table; `shares`, if given, are how often each entry is chosen, else all or one of a row is. */
   show(policy, shares = null) {
+    this.shares = shares || policy.flatMap((action) => Array.from({ length: this.n }, (_, a) => (action === ANY ? 1 / this.n : Number(action === a))));
     for (let o = 0; o < this.n; o++) {
       for (let a = 0; a < this.n; a++) {
         const cell = this.at(o, a), chosen = policy[o] === a;
-        const share = shares ? shares[o * this.n + a] : policy[o] === ANY ? 1 / this.n : Number(chosen);
-        const rounded = Math.round(50 * Math.sqrt(share)) / 50;
+        const rounded = Math.round(50 * Math.sqrt(this.shares[o * this.n + a])) / 50;
         if (cell.entry.checked !== chosen) cell.entry.checked = chosen;
         if (cell.share !== rounded) cell.fill.style.setProperty("--share", (cell.share = rounded));
       }
@@ -64,6 +64,47 @@ class Board {
     for (const each of this.lit) each.classList.remove("lit");
     for (const each of lit) each.classList.add("lit");
     this.lit = lit;
+  }
+}
+
+/** Draw each entry as a wire from the segment that is sensed to the neuron that answers, as dark as its share. */
+function drawWires(canvas, theme, shares, n, lit) {
+  const { pen, width, height } = prepare(canvas), left = 52, step = (width - left - 12) / (n - 1);
+  const top = 24, bottom = height - 24, radius = 5;
+  const x = (i) => left + width - left - 12 - i * step; // the head is to the right, as on stage
+  const wire = (o, a, colour, thickness, alpha) => {
+    pen.globalAlpha = alpha;
+    pen.strokeStyle = colour;
+    pen.lineWidth = thickness;
+    pen.beginPath();
+    pen.moveTo(x(o), top);
+    pen.bezierCurveTo(x(o), (top + bottom) / 2, x(a), (top + bottom) / 2, x(a), bottom);
+    pen.stroke();
+    pen.globalAlpha = 1;
+  };
+  for (let o = 0; o < n; o++) {
+    for (let a = 0; a < n; a++) {
+      const share = shares[o * n + a];
+      if (share > 0.01) wire(o, a, theme.on, 1 + 2.5 * share, Math.min(0.12 + share, 1));
+    }
+  }
+  wire(lit.observation, lit.action, theme.ink, 3, 1);
+  pen.font = "12px system-ui, sans-serif";
+  pen.fillStyle = theme.soft;
+  pen.textBaseline = "middle";
+  pen.fillText("senses", 0, top);
+  pen.fillText("drives", 0, bottom);
+  pen.textAlign = "center";
+  for (let i = 0; i < n; i++) {
+    for (const [y, isLit, text, labelAt] of [[top, i === lit.observation, i + 1, 4], [bottom, i === lit.action, i, height - 14]]) {
+      pen.fillStyle = isLit ? theme.ink : theme.on;
+      pen.beginPath();
+      pen.arc(x(i), y, isLit ? radius + 1.5 : radius, 0, 2 * Math.PI);
+      pen.fill();
+      pen.fillStyle = theme.soft;
+      pen.textBaseline = "top";
+      pen.fillText(text, x(i), labelAt);
+    }
   }
 }
 

@@ -1,7 +1,7 @@
 "use strict";
 /* Kymographs that run under the body, and the two small charts: what learning and noise do. */
 
-const STRIP_GAP = 6, AXIS = 20, LABELS = 30; // CSS pixels
+const STRIP_GAP = 6, AXIS = 20, LABELS = 36; // CSS pixels
 
 /** One lane's past as pictures, a pixel per sample and segment, painted as the samples come. */
 class Kymograph {

@@ -108,7 +108,7 @@ class BodyDrawing {
     for (let tick = Math.floor(from - half); tick <= from + half; tick++) {
       const labelled = tick % spacing === 0, length = labelled ? 8 : 4;
       pen.fillRect(this.x(tick) - 0.5, ground, 1, length);
-      if (labelled) pen.fillText(`${tick} L`.replace("-", "\u2212"), this.x(tick), ground + 11);
+      if (labelled && Math.abs(this.x(tick) - width / 2) < width / 2 - 18) pen.fillText(`${tick} L`.replace("-", "\u2212"), this.x(tick), ground + 11);
     }
   }
 

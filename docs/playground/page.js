@@ -121,7 +121,10 @@ function buildForm() {
 
 function startLearning() {
   const { parameters, settings } = page;
-  if (!page.learner) page.learner = new Learner(new Crawler(parameters, PRACTICE_STEP), settings, page.random);
+  if (!page.learner) {
+    const random = seededRandom(2 ** 31 * page.random());
+    page.learner = new Learner(new Crawler(parameters, PRACTICE_STEP), settings, random);
+  }
   page.edited = 0;
   page.learning = true;
   page.lanes[0].follow(page.learner);
@@ -174,16 +177,20 @@ function notePoint() {
 
 /* ---- measuring ---- */
 
-/** The curves of figure 3C, those of the two gaits and of lane 1's table; made when they are first asked for. */
+/** The curves of figure 3C: the two gaits, random action, lane 1's table; begun when they are first asked for. */
 function noiseCurves() {
-  const { parameters, lanes } = page, n = parameters.n_segments;
-  const wanted = [["regularized", "red", []], ["unregularized", "blue", [7, 4]]].map(([name, colour, dash]) => [policyNamed(name), colour, dash]);
-  const own = lanes[0].policy, isNew = !wanted.some(([policy]) => writePolicy(policy) === writePolicy(own));
-  if (isNew && !page.learning && own.length === n) wanted.push([own, "ink", [2, 3]]);
-  return wanted.map(([policy, colour, dash]) => {
+  const { parameters, lanes } = page;
+  const wanted = [
+    ["regularized", policyNamed("regularized"), "red", []],
+    ["unregularized", policyNamed("unregularized"), "blue", [7, 4]],
+    ["random", policyNamed("any"), "soft", [2, 5]],
+  ];
+  const own = lanes[0].policy, known = wanted.some(([, policy]) => writePolicy(policy) === writePolicy(own));
+  if (!known && !page.learning) wanted.push(["lane 1", own, "ink", [2, 2]]);
+  return wanted.map(([name, policy, colour, dash]) => {
     const key = JSON.stringify([parameters, policy]);
     if (!page.curves.has(key)) page.curves.set(key, new NoiseCurve(parameters, policy));
-    return { curve: page.curves.get(key), colour: page.theme[colour], dash };
+    return { name, curve: page.curves.get(key), colour: page.theme[colour], dash };
   });
 }
 
@@ -218,6 +225,7 @@ function draw() {
     page.kymographs[i].draw(kymograph, shown);
   }
   page.board.light(lanes[page.edited].observation, lanes[page.edited].action);
+  drawWires($("wires"), theme, page.board.shares, page.parameters.n_segments, lanes[page.edited]);
 }
 
 /** Texts, charts and the learning board, a few times in a second. */
@@ -241,6 +249,6 @@ function report(curves) {
     $("learning-text").textContent = "It knows nothing yet: every value is the same.";
   }
   drawNoiseChart($("noise-chart"), theme, curves, page.noise);
-  const speeds = curves.map(({ curve }, i) => `${["regularized", "unregularized", "lane 1"][i]} ${curve.at(page.noise).toFixed(4)}`);
+  const speeds = curves.map(({ name, curve }) => `${name} ${curve.at(page.noise).toFixed(4)}`);
   $("noise-text").textContent = `At s = ${page.noise.toFixed(3)}: ${speeds.join(", ").replace(/NaN/g, "…")} L/τ`;
 }

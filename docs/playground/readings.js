@@ -33,8 +33,7 @@ function buildReadings(form, parameters, onChange, onRefusal) {
       for (const choice of DEFAULTS.choices[name]) field.add(new Option(choice.replace("_", " "), choice));
     } else {
       field = document.createElement("input");
-      Object.assign(field, { type: "number", min: low, max: high, step: "any" });
-      field.dataset.step = step;
+      Object.assign(field, { type: "number", min: low, max: high, step });
     }
     field.name = name;
     field.value = parameters[name];
