@@ -92,6 +92,7 @@ function drawWires(canvas, theme, shares, n, lit) {
   pen.font = "12px system-ui, sans-serif";
   pen.fillStyle = theme.soft;
   pen.textBaseline = "middle";
+  pen.textAlign = "left";
   pen.fillText("senses", 0, top);
   pen.fillText("drives", 0, bottom);
   pen.textAlign = "center";

@@ -15,6 +15,7 @@ function setNoise(noise) {
 function updateControls() {
   $("play").textContent = page.playing ? "Pause" : "Play";
   $("learn").textContent = page.learning ? "Stop learning" : page.learner ? "Go on learning" : "Learn";
+  $("learn-here").textContent = page.learning ? "Stop learning" : "Let it learn";
   $("pace-text").textContent = `${page.pace}× · ${page.pace * FILM_PACE} τ/s`;
   $("learning-pace-text").textContent = LEARNING_PACES[$("learning-pace").value][1];
   $("noise").value = page.noise;
@@ -35,6 +36,7 @@ onClick("play", () => setPlaying(!page.playing));
 onClick("kick", () => page.lanes.forEach((lane) => lane.kick()));
 onClick("start-over", () => build(page.lanes.map((lane) => lane.policy)));
 onClick("learn", () => (page.learning ? stopLearning() : startLearning()));
+onClick("learn-here", () => $("learn").click());
 onClick("forget", () => {
   const goOn = page.learning;
   forget();
@@ -82,7 +84,7 @@ for (const slider of document.querySelectorAll("#learning input[name]")) {
   });
 }
 
-for (const button of document.querySelectorAll("#presets button")) {
+for (const button of document.querySelectorAll("#presets [data-policy]")) {
   button.addEventListener("click", () => {
     setPolicy(page.edited, policyNamed(button.dataset.policy));
     updateControls();

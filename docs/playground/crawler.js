@@ -9,6 +9,7 @@
    A node starts and stops sliding at the border of two steps, but always with velocity 0, which costs nothing. */
 
 const LARGEST_STEP = 0.01; // tau
+const ENDLESS = 1e300;
 const ROUNDING = 1e-9; // a pivot below this share of the diagonal is no resistance at all
 
 /** A generator of numbers in [0, 1) that gives the same ones for the same seed (sfc32 of PractRand). */
@@ -58,7 +59,7 @@ class Crawler {
     this.parameters = p;
     this.stepsPerDecision = Math.ceil(p.decision_interval / largestStep - 1e-9);
     this.dt = p.decision_interval / this.stepsPerDecision;
-    for (const row of ["u", "v", "slip", "V", "drive", "force", "meanForce", "on", "spikedAt"]) {
+    for (const row of ["u", "v", "slip", "W", "drive", "force", "meanForce", "on", "spikedAt"]) {
       this[row] = new Float64Array(n);
     }
     this.g = new Float64Array(n);
@@ -70,6 +71,7 @@ class Crawler {
     this.driveDecay = Math.exp(-this.dt / p.tau_m);
     this.forceDecay = Math.exp(-this.dt / p.tau_f);
     this.drag = p.damping + this.dt / 2; // c + k dt / 2, k = 1
+    this.mobility = 1 / this.drag;
     this.limits = frictionLimits(p);
     this.spikesAtPi = p.spike_phase === "pi";
     this.contractionSign = p.observation === "most_contracted" ? 1 : -1;
@@ -78,7 +80,8 @@ class Crawler {
 
   /** Back to the undeformed body, silent and at rest. */
   reset() {
-    for (const row of [this.u, this.v, this.slip, this.V, this.drive, this.force, this.on]) row.fill(0);
+    for (const row of [this.u, this.v, this.slip, this.drive, this.force, this.on]) row.fill(0);
+    this.W.fill(ENDLESS);
     this.spikedAt.fill(-Infinity);
     this.time = 0;
     this.centroid = 0;
@@ -116,21 +119,20 @@ class Crawler {
     this.time += this.dt;
   }
 
-  /* Eq. 6, with V = tan(theta / 2): dV/dt = rate (V^2 + I). Switched on, V turns as the tangent of an angle;
-     switched off, 1 / V falls steadily. theta = pi is where V runs to infinity and comes back from below.
+  /* Eq. 6, dtheta/dt = rate (1 - cos theta + (1 + cos theta) I), with W = cot(theta / 2): switched off, W falls
+     steadily; switched on, theta / 2 turns like the hand of a clock. theta = pi is W = 0, and theta = 2 pi is
+     where W runs to minus infinity and comes back from above. At rest theta = 0, and W is endless.
      Returns when in the step the neuron spikes (eq. 7), or -1. */
   fire(i) {
-    const { V, tanTurn, turn, spikesAtPi } = this, old = V[i];
+    const { W, turn, tanTurn, spikesAtPi } = this, old = W[i];
     if (this.on[i] === 0) {
-      if (old === 0) return -1;
-      const rest = 1 - old * turn;
-      V[i] = old / (rest || 1e-300);
-      return spikesAtPi && rest < 0 ? 1 / (old * this.parameters.neuron_rate) : -1;
+      W[i] = old - turn;
+      return spikesAtPi && old > 0 && W[i] <= 0 ? old / this.parameters.neuron_rate : -1;
     }
-    const rest = 1 - old * tanTurn;
-    V[i] = (old + tanTurn) / (rest || 1e-300);
-    if (spikesAtPi) return rest < 0 ? Math.atan(1 / old) / this.parameters.neuron_rate : -1;
-    return old < 0 && V[i] >= 0 ? -Math.atan(old) / this.parameters.neuron_rate : -1;
+    const turned = 1 + old * tanTurn;
+    W[i] = (old - tanTurn) / turned;
+    if (spikesAtPi) return old > 0 && W[i] <= 0 ? Math.atan(old) / this.parameters.neuron_rate : -1;
+    return turned < 0 ? Math.atan(-1 / old) / this.parameters.neuron_rate : -1;
   }
 
   /* Eq. 5: the drive F decays between spikes. Eq. 4: tau_f df/dt = -f + F_max min(1, F). */
@@ -185,14 +187,14 @@ class Crawler {
 
   /* (c + dt / 2) A v = g - friction for the nodes that slide, v = 0 for the others: Thomas algorithm. */
   solveSliding() {
-    const { v, slip, g, pivot, drag } = this, { forward, backward } = this.limits, tail = v.length - 1;
+    const { v, slip, g, pivot, mobility } = this, { forward, backward } = this.limits, tail = v.length - 1;
     let above = 0, coupling = 0;
     for (let j = 0; j <= tail; j++) {
       if (slip[j] === 0) {
         above = coupling = 0;
       } else {
         const friction = slip[j] > 0 ? forward : -backward;
-        above = (g[j] - friction) / drag + coupling * above;
+        above = (g[j] - friction) * mobility + coupling * above;
         coupling = 1 / Math.max((j === 0 || j === tail ? 1 : 2) - coupling, ROUNDING);
       }
       v[j] = above;

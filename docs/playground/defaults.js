@@ -47,6 +47,6 @@ const DEFAULTS = {
   "policies": {
     "regularized": "0123456789",
     "unregularized": "7207345679",
-    "fastest": "7207345679"
+    "fastest": "8688900245"
   }
 };

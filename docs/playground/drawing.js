@@ -219,11 +219,11 @@ class BodyDrawing {
 
   /* A disc over each segment, filled as far as its neuron has come on its way to the next spike. */
   drawNeurons() {
-    const { pen, nodes, crawler, theme } = this, { V, on, spikedAt } = crawler;
+    const { pen, nodes, crawler, theme } = this, { W, on, spikedAt } = crawler;
     const radius = Math.min(0.26 * this.scale, 11), y = this.ground - 0.72 * this.height;
     for (let i = 0; i < nodes.length; i++) {
       const x = i > 0 ? (nodes[i] + nodes[i - 1]) / 2 : nodes[0] + 0.45 * this.scale;
-      const turn = 2 * Math.atan(V[i]) - (crawler.spikesAtPi ? Math.PI : 0); // theta, 0 at a spike
+      const turn = 2 * Math.atan2(1, W[i]) - (crawler.spikesAtPi ? Math.PI : 0); // theta, 0 at a spike
       const filled = (((turn / (2 * Math.PI)) % 1) + 1) % 1;
       const flash = Math.max(1 - (crawler.time - spikedAt[i]) / 1.5, 0);
       if (flash > 0) {
