@@ -62,7 +62,7 @@ class Kymograph {
     this.drawTimes(pen, left, wide, height, visible);
   }
 
-  /* The ring of columns, cut where it begins anew. */
+  /* The ring of columns, cut where it wraps around. */
   copy(pen, strip, left, top, wide, high, visible) {
     const last = this.lane.samples, count = Math.min(last, visible), unit = wide / visible;
     for (let from = last - count; from < last; ) {

@@ -14,7 +14,7 @@ import pytest
 
 PLAYGROUND = Path(__file__).resolve().parents[2] / "docs" / "playground"
 NAMES = ("chromium", "chromium-browser", "google-chrome")
-# No frame rate limit: frames are then counted as fast as they can be made, not as fast as a screen shows them.
+# No frame rate limit: frames are counted as fast as they are made, not as fast as a screen shows them.
 FLAGS = (
     "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking",
     "--disable-component-update", "--disable-sync", "--disable-frame-rate-limit", "--disable-gpu-vsync",

@@ -42,7 +42,7 @@ def test_each_step_of_the_tour_has_two_sentences(visit: Visit) -> None:
 def test_a_click_changes_the_gait(visit: Visit) -> None:
     visit.run("page.lanes[0].advance(100, 0)")
     assert visit.run(SPIKES, 5) > 0
-    visit.page.get_by_label("Segment 6 contracted most: switch on neuron 3").check(force=True)
+    visit.page.get_by_label("Segment 6 contracted most: switch on neuron 3").check()
     assert visit.digits == "0123436789"
     visit.run("page.lanes[0].advance(100, 0)")
     assert visit.run(SPIKES, 5) == 0
@@ -66,7 +66,9 @@ def test_a_link_restores_the_policy(visit: Visit) -> None:
     assert visit.page.locator("#board input:checked").count() == 10
 
 
-@pytest.mark.parametrize("address", ["#012345678", "#01234567890", "#hello", "#0123456789&tau_f=-1", "#&x=%3Cb"])
+@pytest.mark.parametrize(
+    "address", ["#012345678", "#01234567890", "#hello", "#0123456789&tau_f=-1", "#&x=%3Cb"]
+)
 def test_an_impossible_link_opens_the_page_as_it_is(visit: Visit, address: str) -> None:
     visit.open(address)
     assert visit.digits == "0123456789"
@@ -84,7 +86,8 @@ def test_literal_friction_does_not_crawl(visit: Visit) -> None:
 
 def test_a_kick_moves_the_body_and_is_not_counted_as_crawling(visit: Visit) -> None:
     before, after, distance = visit.run("""() => {
-      const lane = page.lanes[0], strain = () => Math.max(...lane.crawler.u.map((u, j, all) => (j ? Math.abs(u - all[j - 1]) : 0)));
+      const lane = page.lanes[0], { u } = lane.crawler;
+      const strain = () => Math.max(...u.map((each, j) => (j ? Math.abs(each - u[j - 1]) : 0)));
       lane.advance(100, 0);
       const before = strain(), distance = lane.distance;
       lane.kick();
@@ -114,9 +117,16 @@ def _best_of(attempts: int, measure: Any) -> float:
 def test_sixty_frames_in_a_second(visit: Visit) -> None:
     visit.page.locator("#pace").fill("0")
     visit.page.wait_for_function("noiseCurves().every(({ curve }) => curve.finished)")
-    rate = """() => new Promise((done) => { const start = performance.now(); let frames = 0;
-      const count = (now) => { frames++; now - start < 2000 ? requestAnimationFrame(count) : done(frames / (now - start) * 1000) };
-      requestAnimationFrame(count); })"""
+    rate = """() => new Promise((done) => {
+      const start = performance.now();
+      let frames = 0;
+      const count = (now) => {
+        frames++;
+        if (now - start < 2000) requestAnimationFrame(count);
+        else done(frames / (now - start) * 1000);
+      };
+      requestAnimationFrame(count);
+    })"""
     assert _best_of(3, lambda: float(visit.run(rate))) >= 60
 
 
@@ -137,7 +147,7 @@ def test_a_hundred_thousand_decisions_in_a_second(visit: Visit, browser: Any) ->
 
 
 def test_live_learning_reaches_the_diagonal(visit: Visit) -> None:
-    """With the learner's own settings; most seeds end on it (15 of 16 in a trial), so one of three may miss."""
+    """With the default settings; 15 of 16 seeds ended on it in a trial, so one of three may miss it."""
     learned = []
     for seed in range(3):
         visit.run("(seed) => { forget(); page.random = seededRandom(seed); }", seed)
@@ -165,12 +175,20 @@ def test_nothing_moves_unasked_for_those_who_want_less_motion(visit: Visit) -> N
 
 
 @pytest.mark.parametrize("visit", [{}, NIGHT, NARROW, NIGHT | NARROW], indirect=True)
-@pytest.mark.parametrize("racing", [False, True])
-def test_nobody_is_kept_out(visit: Visit, racing: bool) -> None:
-    axe = pytest.importorskip("axe_playwright_python.sync_playwright", reason="pip install axe-playwright-python")
-    if racing:
-        for name in ("#race", "#forces", "#neurons"):
-            visit.page.locator(name).click()
-    found = axe.Axe().run(visit.page).response["violations"]
-    assert [(each["id"], each["impact"], each["nodes"][0]["html"]) for each in found] == []
-    assert visit.run("document.documentElement.scrollWidth <= innerWidth")
+def test_nobody_is_kept_out(visit: Visit) -> None:
+    axe = pytest.importorskip(
+        "axe_playwright_python.sync_playwright", reason="pip install axe-playwright-python"
+    )
+
+    def violations() -> list[Any]:
+        assert visit.run("document.documentElement.scrollWidth <= innerWidth")
+        found = axe.Axe().run(visit.page, options={"preload": False}).response["violations"]
+        return [(each["id"], each["impact"], each["nodes"][0]["html"]) for each in found]
+
+    assert violations() == []
+    for name in ("#race", "#forces", "#neurons"):
+        visit.page.locator(name).click()
+    visit.page.locator("[name=friction_law]").select_option("literal")
+    assert violations() == []
+    visit.run("document.querySelector('#digits').removeAttribute('id')")  # its label has lost it
+    assert [rule for rule, *_ in violations()] == ["label"]
