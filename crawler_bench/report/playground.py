@@ -9,7 +9,7 @@ import inspect
 import json
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
@@ -34,7 +34,7 @@ READINGS: tuple[dict[str, Any], ...] = (
     {"spike_phase": "2pi"}, {"observation": "most_stretched"},
     {"tau_f": 1.0, "tau_m": 1.0}, {"tau_f": 1.0, "neuron_rate": 4.0, "spike_gain": 1.0},
     {"tau_f": 0.674, "neuron_rate": 2.579, "spike_gain": 1.354, "decision_interval": 0.25},
-    {"neuron_rate": 3.0, "spike_gain": 1.2, "decision_interval": 0.3}, {"decision_interval": 0.5},
+    {"neuron_rate": 3.0, "spike_gain": 1.2, "decision_interval": 0.3}, {"decision_interval": 2.0},
     {"n_segments": 4}, {"n_segments": 7, "damping": 1.0}, {"muscle_force_max": 2.0},
     {"friction_backward": 0.6}, {"friction_forward": 0.1, "friction_backward": 0.3}, {"tau_m": 2.5},
 )  # fmt: skip
@@ -94,24 +94,35 @@ def write_trajectories(path: Path, decisions: int = 250, seed: int = 0) -> None:
 
 
 def _record(p: CrawlerParameters, table: str, decisions: int, rng: np.random.Generator) -> dict[str, Any]:
-    env = gym.make(ENV_ID, parameters=p, episode_distance=math.inf, time_limit=math.inf)
+    parts = _parts(p)
+    in_parts = replace(p, decision_interval=p.decision_interval / parts)
+    env = gym.make(ENV_ID, parameters=in_parts, episode_distance=math.inf, time_limit=math.inf)
     crawler: Any = env.unwrapped
     observation, _ = env.reset(seed=int(rng.integers(2**31)))
     actions: list[int] = []
     displacement, spikes = [], []
     drive = np.zeros(p.n_segments + 1)
-    for decision in range(decisions):
+    for _ in range(decisions):
         errs = rng.random() < 0.2
         action = int(rng.integers(p.n_segments)) if errs else int(table[observation]) % p.n_segments
-        observation, _, _, _, info = env.step(action)
+        for _ in range(parts):
+            observation, _, _, _, info = env.step(action)
+            drive, before = np.array(crawler.get_state()["state"][DRIVE]), drive
+            spikes += _spikes(in_parts, before, drive, info["time"])
         actions.append(action)
         displacement.append(_displacement(info).tolist())
-        drive, before = np.array(crawler.get_state()["state"][DRIVE]), drive
-        spikes += _spikes(p, before, drive, (decision + 1) * p.decision_interval)
     env.close()
     parameters = {name: value for name, value in asdict(p).items() if name not in OF_THE_ENGINE}
     spikes.sort(key=lambda spike: spike[1])
     return {"parameters": parameters, "actions": actions, "displacement": displacement, "spikes": spikes}
+
+
+def _parts(p: CrawlerParameters) -> int:
+    """Parts of a decision interval, each shorter than the period of a neuron that is ON, pi / neuron_rate."""
+    steps = p.steps_per_decision
+    return next(
+        m for m in range(1, steps + 1) if steps % m == 0 and steps / m * p.dt < math.pi / p.neuron_rate
+    )
 
 
 def _displacement(info: Mapping[str, Any]) -> NDArray[np.float64]:
@@ -125,9 +136,8 @@ def _spikes(
 ) -> list[tuple[int, float]]:
     """Spikes of the decision interval that ends now, told from what they left in the drives of eq. 5.
 
-    A neuron spikes at most once in it: the interval has to be shorter than the period of a neuron that is ON.
+    A neuron spikes at most once in it, see `_parts`.
     """
-    assert p.decision_interval < math.pi / p.neuron_rate
     left = after - before * math.exp(-p.decision_interval / p.tau_m)
     return [(int(i), now + p.tau_m * math.log(left[i] / p.spike_gain)) for i in np.flatnonzero(left > 1e-9)]
 
@@ -145,7 +155,8 @@ def mean_speeds(tables: Sequence[Sequence[int]], starts: int = 6, duration: floa
         ENV_ID, num_envs=len(tables) * starts, vectorization_mode="vector_entry_point",
         parameters=p, episode_distance=math.inf, time_limit=math.inf,
     )  # fmt: skip
-    observations, _ = envs.reset(seed=0)
+    seeds: Any = list(range(starts)) * len(tables)
+    observations, _ = envs.reset(seed=seeds)
     policy = np.repeat(np.array(tables), starts, axis=0)
     rng, rows = np.random.default_rng(1), np.arange(len(policy))
     settle = round(100 / p.decision_interval)

@@ -46,7 +46,7 @@ class Board {
 
   /** Show a table; `shares`, if given, are how often each entry is chosen, else all or one of a row is. */
   show(policy, shares = null) {
-    this.shares = shares || policy.flatMap((action) => Array.from({ length: this.n }, (_, a) => (action === ANY ? 1 / this.n : Number(action === a))));
+    this.shares = shares || policy.flatMap((action) => this.sharesOf(action));
     for (let o = 0; o < this.n; o++) {
       for (let a = 0; a < this.n; a++) {
         const cell = this.at(o, a), chosen = policy[o] === a;
@@ -55,6 +55,10 @@ class Board {
         if (cell.share !== rounded) cell.fill.style.setProperty("--share", (cell.share = rounded));
       }
     }
+  }
+
+  sharesOf(action) {
+    return Array.from({ length: this.n }, (_, a) => (action === ANY ? 1 / this.n : Number(action === a)));
   }
 
   /** Light the row of what is sensed and the entry that answers. */
@@ -96,16 +100,18 @@ function drawWires(canvas, theme, shares, n, lit) {
   pen.fillText("senses", 0, top);
   pen.fillText("drives", 0, bottom);
   pen.textAlign = "center";
+  pen.textBaseline = "top";
+  const end = (i, y, isLit, text, textAt) => {
+    pen.fillStyle = isLit ? theme.ink : theme.on;
+    pen.beginPath();
+    pen.arc(x(i), y, isLit ? radius + 1.5 : radius, 0, 2 * Math.PI);
+    pen.fill();
+    pen.fillStyle = theme.soft;
+    pen.fillText(text, x(i), textAt);
+  };
   for (let i = 0; i < n; i++) {
-    for (const [y, isLit, text, labelAt] of [[top, i === lit.observation, i + 1, 4], [bottom, i === lit.action, i, height - 14]]) {
-      pen.fillStyle = isLit ? theme.ink : theme.on;
-      pen.beginPath();
-      pen.arc(x(i), y, isLit ? radius + 1.5 : radius, 0, 2 * Math.PI);
-      pen.fill();
-      pen.fillStyle = theme.soft;
-      pen.textBaseline = "top";
-      pen.fillText(text, x(i), labelAt);
-    }
+    end(i, top, i === lit.observation, i + 1, 4);
+    end(i, bottom, i === lit.action, i, height - 14);
   }
 }
 

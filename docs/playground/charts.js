@@ -140,11 +140,12 @@ class Chart {
 /** Fig. 3C: a curve for each table, a dot where the noise is now. `curves`: { curve, colour, dash }. */
 function drawNoiseChart(canvas, theme, curves, noise) {
   const speeds = curves.flatMap(({ curve }) => curve.means()).filter(Number.isFinite);
-  const top = Math.max(0.002, Math.ceil(Math.max(0, ...speeds) * 1000 + 0.2) / 1000), step = top > 0.006 ? 0.004 : 0.002;
-  const ticks = Array.from({ length: Math.floor(top / step) + 1 }, (_, i) => [i * step, (1000 * i * step).toFixed(0)]);
+  const top = Math.max(0.002, Math.ceil(Math.max(0, ...speeds) * 1000 + 0.2) / 1000);
+  const step = top > 0.006 ? 0.002 : 0.001;
+  const yTicks = Array.from({ length: Math.floor(top / step + 0.01) + 1 }, (_, i) => [i * step, String(1000 * i * step)]);
   const right = NOISES[NOISES.length - 1];
   const chart = new Chart(canvas, theme, {
-    right, top, xLabel: "noise s of the senses", yTicks: ticks,
+    right, top, xLabel: "noise s of the senses", yTicks,
     xTicks: [0, 0.05, 0.1, 0.15, 0.2].map((s) => [s, String(s)]),
   });
   for (const { curve, colour, dash } of curves) {
@@ -153,7 +154,7 @@ function drawNoiseChart(canvas, theme, curves, noise) {
   for (const { curve, colour } of curves) chart.dot(noise, curve.at(noise), colour, 6);
 }
 
-/** How learning went: entries on the diagonal (line) and speed (dots). `points`: [decisions, entries, speed]. */
+/** How learning went. `points`: pairs of decisions learned from and entries on the diagonal. */
 function drawLearningChart(canvas, theme, points, n) {
   const end = points.length ? points[points.length - 1][0] : 0, right = Math.max(20000, end * 1.04);
   const unit = [1e4, 5e4, 1e5, 2e5, 5e5, 1e6, 2e6, 5e6].find((step) => right / step <= 5) || 1e7;

@@ -125,7 +125,8 @@ class BodyDrawing {
       return this.restHeight * Math.min(Math.max(share, 1 / TALLEST), TALLEST);
     });
     const { bulges } = this, last = bulges.length - 1;
-    this.waists = this.nodes.map((_, j) => 0.84 * Math.min(bulges[Math.max(j - 1, 0)], bulges[Math.min(j, last)]));
+    const fold = (j) => Math.min(bulges[Math.max(j - 1, 0)], bulges[Math.min(j, last)]);
+    this.waists = this.nodes.map((_, j) => 0.84 * fold(j));
   }
 
   drawBody() {
@@ -195,7 +196,8 @@ class BodyDrawing {
     pen.stroke();
     dot(node + 0.45 * reach + 0.45 * size, 0.85 * size, "#222");
     pen.beginPath();
-    pen.ellipse(node + 0.55 * reach, ground - 0.34 * waist, 0.38 * reach, 0.14 * waist, 0, 0.25 * Math.PI, 0.85 * Math.PI);
+    const [x, y, wide, high] = [node + 0.55 * reach, ground - 0.34 * waist, 0.38 * reach, 0.14 * waist];
+    pen.ellipse(x, y, wide, high, 0, 0.25 * Math.PI, 0.85 * Math.PI);
     pen.strokeStyle = "#333";
     pen.stroke();
   }

@@ -3,7 +3,10 @@
 
 const PACES = [1, 2, 4, 8, 12]; // times FILM_PACE
 const FILM_PACE = 5; // tau in a second, as in the films
-const LEARNING_PACES = [[0, "what you see is what learns"], [1e3, "1,000 decisions/s"], [1e4, "10,000 decisions/s"], [Infinity, "as fast as it goes"]];
+const LEARNING_PACES = [
+  [0, "what you see is what learns"], [1e3, "1,000 decisions/s"], [1e4, "10,000 decisions/s"],
+  [Infinity, "as fast as it goes"],
+];
 const LEARNING_SLICE = 24, MEASURING_SLICE = 5; // ms in a frame
 const PRACTICE_STEP = 0.02; // tau
 const $ = (id) => document.getElementById(id);
@@ -20,23 +23,25 @@ const page = {
 
 /* ---- what is crawling ---- */
 
-/** The table of a name; where the body has other than ten segments, the nearest there is. */
+/** The table of a name. A body of other than ten segments has the diagonal, too; of the others, none. */
 function policyNamed(name) {
   const n = page.parameters.n_segments;
   if (name === "any") return Array(n).fill(ANY);
   if (name === "shuffled") return Array.from({ length: n }, () => Math.floor(page.random() * n));
-  return readPolicy(DEFAULTS.policies[name], n) || Array.from({ length: n }, (_, o) => o);
+  if (name === "regularized") return Array.from({ length: n }, (_, o) => o);
+  return readPolicy(DEFAULTS.policies[name], n) || policyNamed("any");
 }
 
 function build(policies) {
   page.lanes = policies.map((policy) => new Lane(page.parameters, policy, page.random));
   page.race = policies.length > 1;
   page.edited = Math.min(page.edited, policies.length - 1);
+  if (page.learning) page.lanes[0].follow(page.learner);
   page.kymographs = page.lanes.map((lane) => new Kymograph(lane, page.theme));
   page.board = new Board($("board"), page.parameters.n_segments, chooseEntry);
   for (const button of document.querySelectorAll("#presets [data-policy]")) {
     const digits = DEFAULTS.policies[button.dataset.policy];
-    button.disabled = Boolean(digits) && !readPolicy(digits, page.parameters.n_segments) && button.dataset.policy !== "regularized";
+    button.disabled = ["unregularized", "fastest"].includes(button.dataset.policy) && digits.length !== page.parameters.n_segments;
   }
   const lanes = document.querySelectorAll(".lane");
   lanes[1].hidden = $("editing").hidden = !page.race;
@@ -71,7 +76,6 @@ function chooseEntry(o, a) {
 }
 
 function setRace(on, policy = policyNamed("unregularized")) {
-  stopLearning();
   page.edited = 0;
   build(on ? [page.lanes[0].policy, policy] : [page.lanes[0].policy]);
 }
@@ -95,7 +99,7 @@ function writeAddress() {
 
 /** Build what an address asks for; whatever is not valid in it is left at its default. */
 function readAddress() {
-  const [tables, ...readings] = decodeURIComponent(location.hash.slice(1)).split("&");
+  const [tables, ...readings] = location.hash.slice(1).split("&");
   const parameters = { ...DEFAULTS.parameters };
   for (const reading of readings) {
     const [name, value] = reading.split("=");
@@ -182,9 +186,10 @@ function noiseCurves() {
   const { parameters, lanes } = page;
   const wanted = [
     ["regularized", policyNamed("regularized"), "red", []],
-    ["unregularized", policyNamed("unregularized"), "blue", [7, 4]],
     ["random", policyNamed("any"), "soft", [2, 5]],
   ];
+  const bent = readPolicy(DEFAULTS.policies.unregularized, parameters.n_segments);
+  if (bent) wanted.splice(1, 0, ["unregularized", bent, "blue", [7, 4]]);
   const own = lanes[0].policy, known = wanted.some(([, policy]) => writePolicy(policy) === writePolicy(own));
   if (!known && !page.learning) wanted.push(["lane 1", own, "ink", [2, 2]]);
   return wanted.map(([name, policy, colour, dash]) => {
@@ -233,7 +238,8 @@ function report(curves) {
   const { lanes, learner, theme } = page, n = page.parameters.n_segments;
   for (const [i, lane] of lanes.entries()) {
     const speed = lane.speed(), moved = `${lane.distance < 0 ? "\u2212" : "+"}${Math.abs(lane.distance).toFixed(2)} L`;
-    const text = `${moved} in ${lane.time.toFixed(0)} τ · speed ${Number.isNaN(speed) ? "…" : speed.toFixed(4)} L/τ`;
+    const pace = Number.isNaN(speed) ? "…" : speed.toFixed(4);
+    const text = `${moved} in ${lane.time.toFixed(0)} τ · speed ${pace} L/τ`;
     document.querySelectorAll(".lane-head output")[i].textContent = text;
   }
   if (page.learning) {
@@ -242,7 +248,7 @@ function report(curves) {
   }
   drawLearningChart($("learning-chart"), theme, page.learningPoints, n);
   if (learner) {
-    const right = learner.policy().filter((a, o) => a === o).length, count = Math.round(learner.decisions).toLocaleString("en");
+    const right = learner.policy().filter((a, o) => a === o).length, count = learner.decisions.toLocaleString("en");
     const rate = page.learning ? `, ${Math.round(page.rate).toLocaleString("en")} a second` : "";
     $("learning-text").textContent = `${count} decisions${rate} · ${right} of ${n} entries on the diagonal`;
   } else {

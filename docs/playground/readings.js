@@ -49,7 +49,7 @@ function buildReadings(form, parameters, onChange, onRefusal) {
 
 function readReadings(form) {
   const value = ({ name, value }) => (name in DEFAULTS.choices ? value : Number(value));
-  return Object.fromEntries([...form.elements].filter(({ name }) => name).map((field) => [field.name, value(field)]));
+  return Object.fromEntries(Array.from(form.elements, (field) => [field.name, value(field)]));
 }
 
 /** The constants that differ from the defaults, as [name, value]. */
@@ -61,5 +61,6 @@ function changedReadings(parameters) {
 function expectation(parameters) {
   const { forward, backward } = frictionLimits(parameters), strongest = parameters.muscle_force_max;
   if (strongest >= forward) return "";
-  return `It does not crawl: sliding forward takes ${forward} kL, backward ${backward} kL, and no muscle exceeds ${strongest} kL.`;
+  return `It does not crawl: sliding forward takes ${forward} kL, backward ${backward} kL,
+    and no muscle pulls with more than ${strongest} kL.`;
 }

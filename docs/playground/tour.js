@@ -43,7 +43,6 @@ const TOUR = [
     text: "Without the charge for kinks (ε = 0) the same learner finds a gait of few muscles that folds the body harder. Race it against the diagonal, and see what both pay for their speed.",
     act: "Start the race",
     perform() {
-      stopLearning();
       setNoise(0);
       setPolicy(0, policyNamed("regularized"));
       setRace(true);

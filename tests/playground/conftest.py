@@ -65,10 +65,24 @@ class Visit:
         """The value of a JavaScript expression or function in the page."""
         return self.page.evaluate(script, argument)
 
+    def rate(self, count: str, seconds: float = 4.0) -> float:
+        """How fast a number in the page grows, per second that its own process was at work.
+
+        Drawing is part of that work; what else the machine has to do is not.
+        """
+        before, began = self.run(count), self._processor_time()
+        self.page.wait_for_timeout(1000 * seconds)
+        return float(self.run(count) - before) / (self._processor_time() - began)
+
+    def _processor_time(self) -> float:
+        session = self.page.context.browser.new_browser_cdp_session()
+        processes = session.send("SystemInfo.getProcessInfo")["processInfo"]
+        return sum(float(each["cpuTime"]) for each in processes if each["type"] == "renderer")
+
     @property
     def digits(self) -> str:
         """The table, or both, that the address shares."""
-        return str(self.page.url.split("#")[1])
+        return str(self.run("location.hash.slice(1)"))
 
 
 @pytest.fixture
