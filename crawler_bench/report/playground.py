@@ -77,8 +77,8 @@ def record_trajectories(decisions: int = 250, seed: int = 0) -> list[dict[str, A
         seed: of the errors.
 
     Returns:
-        For each: "parameters"; "actions", (decisions,); "displacement" of each node after each decision, L,
-        (decisions, N + 1); "spikes", pairs of a neuron and a time (tau_theta), in the order of time.
+        For each: "parameters"; "actions" and "observations", (decisions,); "displacement" of each node after
+        each decision, L, (decisions, N + 1); "spikes", pairs of a neuron and a time (tau_theta), in order.
     """
     rng = np.random.default_rng(seed)
     tables = [POLICIES["regularized"], POLICIES["unregularized"]]
@@ -99,8 +99,7 @@ def _record(p: CrawlerParameters, table: str, decisions: int, rng: np.random.Gen
     env = gym.make(ENV_ID, parameters=in_parts, episode_distance=math.inf, time_limit=math.inf)
     crawler: Any = env.unwrapped
     observation, _ = env.reset(seed=int(rng.integers(2**31)))
-    actions: list[int] = []
-    displacement, spikes = [], []
+    actions, observations, displacement, spikes = [], [], [], []
     drive = np.zeros(p.n_segments + 1)
     for _ in range(decisions):
         errs = rng.random() < 0.2
@@ -110,11 +109,15 @@ def _record(p: CrawlerParameters, table: str, decisions: int, rng: np.random.Gen
             drive, before = np.array(crawler.get_state()["state"][DRIVE]), drive
             spikes += _spikes(in_parts, before, drive, info["time"])
         actions.append(action)
+        observations.append(int(observation))
         displacement.append(_displacement(info).tolist())
     env.close()
     parameters = {name: value for name, value in asdict(p).items() if name not in OF_THE_ENGINE}
     spikes.sort(key=lambda spike: spike[1])
-    return {"parameters": parameters, "actions": actions, "displacement": displacement, "spikes": spikes}
+    return {
+        "parameters": parameters, "actions": actions, "observations": observations,
+        "displacement": displacement, "spikes": spikes,
+    }  # fmt: skip
 
 
 def _parts(p: CrawlerParameters) -> int:
@@ -142,18 +145,21 @@ def _spikes(
     return [(int(i), now + p.tau_m * math.log(left[i] / p.spike_gain)) for i in np.flatnonzero(left > 1e-9)]
 
 
-def mean_speeds(tables: Sequence[Sequence[int]], starts: int = 6, duration: float = 400.0) -> list[float]:
+def mean_speeds(
+    tables: Sequence[Sequence[int]], starts: int = 6, duration: float = 400.0, noise: float = 0.0
+) -> list[float]:
     """Mean speed (L/tau_theta) of each table over the same starts, with the default constants.
 
     Args:
         tables: one action per observation, 0 to N - 1.
         starts: number of starts, each after 100 tau_theta of random action.
         duration: time over which a speed is taken, tau_theta, after 100 tau_theta to settle.
+        noise: largest error of a sensed strain.
     """
     p = CrawlerParameters()
     envs = gym.make_vec(
         ENV_ID, num_envs=len(tables) * starts, vectorization_mode="vector_entry_point",
-        parameters=p, episode_distance=math.inf, time_limit=math.inf,
+        parameters=p, noise=noise, episode_distance=math.inf, time_limit=math.inf,
     )  # fmt: skip
     seeds: Any = list(range(starts)) * len(tables)
     observations, _ = envs.reset(seed=seeds)

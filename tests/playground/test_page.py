@@ -5,6 +5,7 @@ from typing import Any
 
 import pytest
 
+from crawler_bench.report import playground
 from tests.playground.conftest import Visit
 
 NIGHT, NARROW = {"color_scheme": "dark"}, {"viewport": {"width": 390, "height": 844}}
@@ -75,6 +76,7 @@ def test_an_impossible_link_opens_the_page_as_it_is(visit: Visit, address: str) 
 
 def test_literal_friction_does_not_crawl(visit: Visit) -> None:
     visit.page.locator("[name=friction_law]").select_option("literal")
+    assert visit.digits == "0123456789&friction_law=literal"
     visit.run("page.lanes[0].advance(100, 0)")
     assert visit.run("page.lanes[0].distance") == 0
     assert "does not crawl" in visit.page.locator("#expectation").inner_text()
@@ -94,16 +96,20 @@ def test_starting_over_goes_on_learning(visit: Visit) -> None:
 
 
 def test_a_kick_moves_the_body_and_is_not_counted_as_crawling(visit: Visit) -> None:
-    before, after, distance = visit.run("""() => {
-      const lane = page.lanes[0], { u } = lane.crawler;
-      const strain = () => Math.max(...u.map((each, j) => (j ? Math.abs(each - u[j - 1]) : 0)));
-      lane.advance(100, 0);
-      const before = strain(), distance = lane.distance;
+    kicked, crawled = visit.run("""() => {
+      const [lane] = page.lanes, { crawler } = lane;
+      lane.advance(100 + 2 * crawler.dt, 0);
+      const { distance } = lane;
+      crawler.measureCentroid();
+      const { centroid } = crawler;
+      lane.random = () => 0.9; // every node goes forward
       lane.kick();
-      return [before, strain(), lane.distance - distance];
+      const kicked = crawler.centroid - centroid;
+      lane.advance(page.parameters.decision_interval, 0);
+      return [kicked, lane.distance - distance];
     }""")
-    assert after > before + 0.05
-    assert distance == 0
+    assert kicked > 0.2
+    assert abs(crawled) < 0.01
 
 
 def test_noise_moves_the_dots_along_curves_that_the_page_measures(visit: Visit) -> None:
@@ -112,6 +118,12 @@ def test_noise_moves_the_dots_along_curves_that_the_page_measures(visit: Visit) 
     wave, bent, random = visit.run("noiseCurves().map(({ curve }) => curve.means())")
     assert all(math.isfinite(speed) for speed in [*wave, *bent, *random])
     assert random == pytest.approx([random[0]] * len(random), rel=0.1)  # it senses nothing
+    tables = [
+        [int(digit) for digit in playground.POLICIES[name]] for name in ("regularized", "unregularized")
+    ]
+    for s in (0.05, 0.2):
+        measured = visit.run("(s) => noiseCurves().slice(0, 2).map(({ curve }) => curve.at(s))", s)
+        assert measured == pytest.approx(playground.mean_speeds(tables, 24, noise=s), rel=0.12)
     visit.page.locator("#noise").fill("0.1")
     shown = visit.page.locator("#noise-text")
     visit.page.wait_for_function("$('noise-text').textContent.includes('s = 0.100')")
