@@ -2,9 +2,10 @@
 /* Speed against the noise of the senses, as in [M20, Fig. 3C], measured a little in every frame. */
 
 const NOISES = [0, 0.0125, 0.025, 0.05, 0.075, 0.1, 0.15, 0.2];
-const STARTS = 6;
+const STARTS = 8;
 const WARM_UP = 100; // tau of random action before a run, so that runs start from different bodies
-const DURATION = 300; // tau over which a speed is taken
+const SETTLE = 100; // tau of the table before a speed is taken
+const DURATION = 300; // tau over which it is taken
 const CHUNK = 100; // decisions between two looks at the clock
 
 /** The speeds of one table: of each noise, the mean over the starts that have been run. */
@@ -47,25 +48,21 @@ class NoiseCurve {
   begin() {
     const start = Math.floor(this.done / NOISES.length), random = seededRandom(1000 + start);
     const crawler = new Crawler(this.parameters), interval = this.parameters.decision_interval;
-    this.run = { crawler, random, left: Math.round(WARM_UP / interval), settling: true, origin: 0 };
+    const [warmUp, settle, duration] = [WARM_UP, SETTLE, DURATION].map((time) => Math.round(time / interval));
+    this.run = { crawler, random, made: 0, warmUp, settled: warmUp + settle, end: warmUp + settle + duration, origin: 0 };
   }
 
   goOn() {
     const { run, policy } = this, { crawler, random } = run, noise = NOISES[this.done % NOISES.length];
     const n = this.parameters.n_segments;
-    for (let i = 0; i < CHUNK && run.left > 0; i++, run.left--) {
-      const answer = run.settling ? ANY : policy[crawler.observe(noise, random)];
+    for (let i = 0; i < CHUNK && run.made < run.end; i++, run.made++) {
+      if (run.made === run.settled) run.origin = crawler.centroid;
+      const answer = run.made < run.warmUp ? ANY : policy[crawler.observe(noise, random)];
       crawler.decide(answer === ANY ? Math.floor(random() * n) : answer);
     }
-    if (run.left > 0) return;
-    if (run.settling) {
-      run.settling = false;
-      run.left = Math.round(DURATION / this.parameters.decision_interval);
-      run.origin = crawler.centroid;
-    } else {
-      this.speeds[this.done % NOISES.length].push((crawler.centroid - run.origin) / DURATION);
-      this.done += 1;
-      this.run = null;
-    }
+    if (run.made < run.end) return;
+    this.speeds[this.done % NOISES.length].push((crawler.centroid - run.origin) / DURATION);
+    this.done += 1;
+    this.run = null;
   }
 }

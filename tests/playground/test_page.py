@@ -123,7 +123,7 @@ def test_noise_moves_the_dots_along_curves_that_the_page_measures(visit: Visit) 
     ]
     for s in (0.05, 0.2):
         measured = visit.run("(s) => noiseCurves().slice(0, 2).map(({ curve }) => curve.at(s))", s)
-        assert measured == pytest.approx(playground.mean_speeds(tables, 24, noise=s), rel=0.12)
+        assert measured == pytest.approx(playground.mean_speeds(tables, 24, noise=s), abs=6e-4)
     visit.page.locator("#noise").fill("0.1")
     shown = visit.page.locator("#noise-text")
     visit.page.wait_for_function("$('noise-text').textContent.includes('s = 0.100')")
