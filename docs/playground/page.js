@@ -208,8 +208,8 @@ function frame(now) {
   lastFrame = now;
   if (page.playing) for (const lane of lanes) lane.advance(elapsed * FILM_PACE * page.pace, page.noise);
   if (page.learning && elapsed > 0) practise(elapsed);
-  const curves = noiseCurves(), unfinished = curves.find(({ curve }) => !curve.finished);
-  if (unfinished && !page.learning) unfinished.curve.work(performance.now() + MEASURING_SLICE);
+  const curves = noiseCurves(), leastDone = curves.map(({ curve }) => curve).sort((a, b) => a.done - b.done)[0];
+  if (!page.learning) leastDone.work(performance.now() + MEASURING_SLICE);
   draw();
   if (now - lastText > 150) {
     lastText = now;

@@ -21,7 +21,8 @@ FLAGS = (
 )  # fmt: skip
 
 
-def _without_browser(why: str) -> NoReturn:
+def without_tools(why: str) -> NoReturn:
+    """Skip the test, or fail where the tools have to be there."""
     if os.environ.get("CRAWLER_BENCH_REQUIRE_BROWSER") == "1":
         pytest.fail(why)
     pytest.skip(why)
@@ -32,11 +33,11 @@ def browser() -> Iterator[Any]:
     """A running Chromium; CRAWLER_BENCH_BROWSER names one that is not on the path."""
     path = os.environ.get("CRAWLER_BENCH_BROWSER") or next(filter(None, map(shutil.which, NAMES)), None)
     if path is None:
-        _without_browser("no browser found: install Debian's package chromium, or set CRAWLER_BENCH_BROWSER")
+        without_tools("no browser found: install Debian's package chromium, or set CRAWLER_BENCH_BROWSER")
     try:
         from playwright.sync_api import sync_playwright
     except ImportError:
-        _without_browser("no driver for the browser: pip install playwright")
+        without_tools("no driver for the browser: pip install playwright")
     with sync_playwright() as driver:
         running = driver.chromium.launch(executable_path=path, args=list(FLAGS))
         yield running
