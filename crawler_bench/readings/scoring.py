@@ -1,7 +1,7 @@
 """How far a reading is from the paper: one number that no weight was tuned for.
 
 Everything here was written down before the first reading was run, but for two core claims, which were added
-in November 2026, before the search of `search.py` ran: that learning pays, and that the regularized gait
+in November 2026, before the search of `search/` ran: that learning pays, and that the regularized gait
 keeps its speed under noise. The default of then met every other core claim while random action crawled
 faster than its gait, so a rule without them misses the point of the paper.
 

@@ -16,7 +16,7 @@ from crawler_bench.readings.fields import FIELDS, GIVEN, NO_LIMIT, REGULARIZATIO
 from crawler_bench.readings.frames import read_reading, summarize
 from crawler_bench.readings.laboratory import Laboratory, Scored
 from crawler_bench.readings.scoring import RESAMPLES, Score
-from crawler_bench.readings.search import RANGES
+from crawler_bench.readings.search.rounds import RANGES
 from crawler_bench.readings.sizes import FULL, smoke
 from crawler_bench.readings.study import Study, is_rival
 from crawler_bench.report import blocks

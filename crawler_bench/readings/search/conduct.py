@@ -1,4 +1,4 @@
-"""The whole search, stage by stage, and its results folder; see search.py for the rule."""
+"""The whole search, stage by stage, and its results folder; see search/rounds.py for the rule."""
 
 import resource
 import time
@@ -11,9 +11,9 @@ from crawler_bench.config.schema import RunConfig
 from crawler_bench.output.csv_files import write_csv
 from crawler_bench.output.style import save
 from crawler_bench.readings.catalogue import DEFAULT, Reading
-from crawler_bench.readings.figures_of_search import front, trap_map
-from crawler_bench.readings.leads import LEADS
-from crawler_bench.readings.search import best, ordered_finals, run_again, run_trials
+from crawler_bench.readings.search.figures import front, trap_map
+from crawler_bench.readings.search.leads import LEADS
+from crawler_bench.readings.search.rounds import best, ordered_finals, run_again, run_trials
 from crawler_bench.readings.sizes import Size
 from crawler_bench.runs import store
 
