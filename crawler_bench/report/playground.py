@@ -18,8 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from crawler_bench import ENV_ID
-from crawler_bench.physics.state import STATE
 from crawler_bench.physics.parameters import CHOICES, CrawlerParameters
+from crawler_bench.physics.state import STATE
 
 # One digit per observation: the neuron that is switched on. "unregularized" is a table that the paper's
 # learner found with epsilon = 0, "fastest" the best that `search_fastest` has found so far.

@@ -1,4 +1,4 @@
-"""The benchmark from entries to results: both modes, failures, cells made anew, policies that travel."""
+"""The benchmark from entries to results: both modes, failures, re-run cells, policies as files."""
 
 import json
 
@@ -135,7 +135,7 @@ def test_a_hash_stands_for_what_decides_a_cell():
 @pytest.mark.parametrize(
     ("agent", "metric"), [("table", "speed"), ("deep", "regret"), ("random", "noise_area")]
 )
-def test_a_cell_made_anew_is_equal(made, agent, metric):
+def test_a_cell_that_is_run_again_is_equal(made, agent, metric):
     root, _ = made
     summary = pd.read_csv(root / "out" / "summary.csv", dtype={"hash": str})
     cell = summary[(summary["agent"] == agent) & (summary["metric"] == metric)].iloc[-1]
@@ -155,7 +155,7 @@ def test_the_tables_follow_from_the_csvs(made):
     pd.testing.assert_frame_equal(again, summary, check_exact=True)
 
 
-def test_a_run_made_anew_is_equal(made):
+def test_a_run_that_is_run_again_is_equal(made):
     root, _ = made
     runs = pd.read_csv(root / "out" / "runs.csv", dtype={"hash": str, "policy": str})
     again = reproduce(root / "out", runs[runs["agent"] == "deep"]["hash"].iloc[-1], jobs=1, quiet=True)

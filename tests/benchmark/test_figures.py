@@ -12,7 +12,7 @@ from crawler_bench.benchmark.figures.curves import (
     softening,
     temperature_places,
 )
-from crawler_bench.benchmark.figures.looks import looks, truncate
+from crawler_bench.benchmark.figures.looks import of_agents, truncate
 from crawler_bench.benchmark.figures.policies import gaits, policy_matrices, trap_matrix
 from crawler_bench.benchmark.figures.scores import cycle_durations, speeds
 from crawler_bench.gait.record import Record
@@ -245,7 +245,7 @@ def test_only_the_ends_of_all_temperatures():
 
 
 def test_a_variant_looks_like_what_it_varies():
-    found = looks(["dqn", "dqn-tuned", "other", "random", "random-slow", "dqn-tuned-more"])
+    found = of_agents(["dqn", "dqn-tuned", "other", "random", "random-slow", "dqn-tuned-more"])
     assert found["dqn"].colour == found["dqn-tuned"].colour == found["dqn-tuned-more"].colour
     assert len({found[name].dashes for name in ("dqn", "dqn-tuned", "dqn-tuned-more")}) == 3
     assert found["dqn"].colour != found["other"].colour
@@ -253,7 +253,7 @@ def test_a_variant_looks_like_what_it_varies():
 
 
 def test_many_agents_are_told_apart():
-    assert len(set(looks(f"agent{i}" for i in range(11)).values())) == 11
+    assert len(set(of_agents(f"agent{i}" for i in range(11)).values())) == 11
 
 
 def test_long_names_are_cut():
