@@ -79,14 +79,14 @@ def test_a_snapshot_brings_another_environment_to_the_same_future() -> None:
         assert env.step(action)[:4] == twin.step(action)[:4]
 
 
-@pytest.mark.parametrize("lost", [["course", "parameters"], ["a row"]])
+@pytest.mark.parametrize("lost", [["memory", "layout", "parameters"], ["a name"]])
 def test_a_snapshot_of_the_state_alone_will_do(lost: list[str]) -> None:
-    """Agents that earlier versions saved hold no course, or one that was written otherwise."""
+    """Agents that earlier versions saved hold no trajectory, or one that was written otherwise."""
     env, twin = CrawlerEnv(), CrawlerEnv()
     roll(env, 1, 57)
     snapshot = env.get_state()
-    if lost == ["a row"]:
-        snapshot["course"].pop()
+    if lost == ["a name"]:
+        snapshot["layout"].pop()
     snapshot = {name: value for name, value in snapshot.items() if name not in lost}
     twin.set_state(snapshot)
     for action in [0, 9, 4, 4, 2] * 20:

@@ -9,7 +9,6 @@ import crawler_bench
 from crawler_bench.gait import rollout as module
 from crawler_bench.gait.rollout import rollout
 from crawler_bench.physics.parameters import CrawlerParameters
-from crawler_bench.physics.state import DISPLACEMENT, FORCE, STRAIN, VELOCITY
 from crawler_bench.runs.policy_table import action_table
 
 N = 10
@@ -83,14 +82,14 @@ def test_a_rollout_is_the_environment_stepped(parameters, table):
     sign = 1 if parameters.observation == "most_contracted" else -1
     decided = 0
     for t, action in enumerate(record.action):
-        strain = sign * env.memory[STRAIN, :-1]
+        strain = sign * env.nodes["strain"][:-1]
         if (strain == strain.max()).sum() == 1:
             decided += 1
             assert action == table[strain.argmax()].argmax()
         info = env.step(action)[4]
-        np.testing.assert_array_equal(record.displacement[t + 1], env.memory[DISPLACEMENT])
-        np.testing.assert_array_equal(record.velocity[t + 1], env.memory[VELOCITY])
-        np.testing.assert_array_equal(record.force[t + 1], env.memory[FORCE])
+        np.testing.assert_array_equal(record.displacement[t + 1], env.nodes["displacement"])
+        np.testing.assert_array_equal(record.velocity[t + 1], env.nodes["velocity"])
+        np.testing.assert_array_equal(record.force[t + 1], env.nodes["force"])
         np.testing.assert_array_equal(record.power[t + 1], info["power"])
     assert decided > 250
     assert record.centroid[-1] != 0

@@ -9,7 +9,7 @@ from crawler_bench.physics import CrawlerParameters
 from crawler_bench.physics.coefficients import as_floats, as_record, coefficients, may_balance, stepping
 from crawler_bench.physics.exact.trajectory import write_state
 from crawler_bench.physics.integration import act
-from crawler_bench.physics.state import make_memory, nodes_of, parts
+from crawler_bench.physics.state import make_memory, parts
 from crawler_bench.physics.stepped import advance
 from crawler_bench.physics.tolerances import EVENT
 
