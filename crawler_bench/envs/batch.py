@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from crawler_bench.envs.transition import RUNNING, Packed, begin, decide, make_task, report
 from crawler_bench.physics.coefficients import as_floats, stepping
-from crawler_bench.physics.compiled import kernel
+from crawler_bench.physics.compiled import inner_kernel
 from crawler_bench.physics.parameters import CrawlerParameters
 from crawler_bench.physics.state import Array, make_memory, nodes_of, odometer_of
 
@@ -157,7 +157,7 @@ def _words(generator: np.random.PCG64) -> list[int]:
     ]  # fmt: skip
 
 
-@kernel
+@inner_kernel
 def _begin_all(
     memory: Array, tasks: Array, generators: NDArray[np.uint64], observation: NDArray[np.int64]
 ) -> None:
@@ -165,13 +165,13 @@ def _begin_all(
         observation[i] = begin(memory[i], (tasks[i], None), generators[i])
 
 
-@kernel
+@inner_kernel
 def _report_all(memory: Array, tasks: Array) -> None:
     for i in range(memory.shape[0]):
         report(memory[i], (tasks[i], None))
 
 
-@kernel
+@inner_kernel
 def _begin_ended(
     memory: Array,
     tasks: Array,
@@ -187,7 +187,7 @@ def _begin_ended(
             end[i] = RUNNING
 
 
-@kernel
+@inner_kernel
 def _decide_all(
     memory: Array,
     n_segments: int,

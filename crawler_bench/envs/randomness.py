@@ -13,7 +13,7 @@ import ctypes
 import numpy as np
 from numpy.typing import NDArray
 
-from crawler_bench.physics.compiled import kernel
+from crawler_bench.physics.compiled import inner_kernel
 
 State = NDArray[np.uint64]
 
@@ -38,7 +38,7 @@ def live_state(generator: np.random.Generator) -> State:
     return np.ctypeslib.as_array((ctypes.c_uint64 * 4).from_address(pointer))
 
 
-@kernel
+@inner_kernel
 def random(state: State) -> float:
     """Draw from [0, 1), as `Generator.random()` does.
 
@@ -60,7 +60,7 @@ def random(state: State) -> float:
     return float(bits >> _11) * _UNIT
 
 
-@kernel
+@inner_kernel
 def _high_product(a: np.uint64, b: np.uint64) -> np.uint64:
     """High word of the product of two words."""
     a_low, a_high = a & _MASK_32, a >> _32

@@ -17,7 +17,7 @@ from crawler_bench.physics.coefficients import (
     may_balance,
     stepping,
 )
-from crawler_bench.physics.compiled import kernel
+from crawler_bench.physics.compiled import inner_kernel
 from crawler_bench.physics.crawler import measure, set_power
 from crawler_bench.physics.exact.trajectory import write_state
 from crawler_bench.physics.integration import act
@@ -103,7 +103,7 @@ def _require_positive(name: str, value: float) -> None:
         raise ValueError(f"{name} = {value!r} is not possible: it must be a number above 0")
 
 
-@kernel
+@inner_kernel
 def begin(memory: Memory, task: Packed, rng: State) -> int:
     """Put the crawler back to rest, undeformed, and observe it.
 
@@ -122,7 +122,7 @@ def begin(memory: Memory, task: Packed, rng: State) -> int:
     return observation
 
 
-@kernel
+@inner_kernel
 def decide(memory: Memory, action: int, task: Packed, rng: State) -> Decision:
     """Hold one neuron ON for a decision interval, or until the observation changes (reading `decide_on`).
 
@@ -155,7 +155,7 @@ def decide(memory: Memory, action: int, task: Packed, rng: State) -> Decision:
     return Decision(observation, reward, displacement, gradient, centroid, end)
 
 
-@kernel
+@inner_kernel
 def decide_and_report(memory: Memory, action: int, task: Packed, rng: State) -> Decision:
     """`decide` and `report` in one call from Python."""
     made = decide(memory, action, task, rng)
@@ -163,7 +163,7 @@ def decide_and_report(memory: Memory, action: int, task: Packed, rng: State) -> 
     return made
 
 
-@kernel
+@inner_kernel
 def report(memory: Memory, task: Packed) -> None:
     """Write all of the state, and the power of every node.
 
@@ -175,7 +175,7 @@ def report(memory: Memory, task: Packed) -> None:
     set_power(nodes, k)
 
 
-@kernel
+@inner_kernel
 def observe(nodes: Nodes, t: Task, rng: State) -> int:
     """Index of the segment that is sensed as most contracted [M20, eq. 9], ties broken at random.
 

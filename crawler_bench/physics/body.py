@@ -4,34 +4,35 @@ With A the Laplacian of the chain of nodes, the inertialess force balance reads
 
     c A du/dt + friction(du/dt) = -k A u + B f,       or       A w = B f - friction,       w = c du/dt + k u,
 
-where friction is the forward limit on a node with du/dt > 0, minus the backward limit on one with du/dt < 0, and
-between the two whatever holds a node with du/dt = 0, where w = u. Eq. 8's tanh is this law, smoothed over a
-width of 1e-6. Both integrators solve this tridiagonal system for the nodes that slide, by the Thomas algorithm.
+where friction is the forward limit on a node with du/dt > 0, minus the backward limit on one with
+du/dt < 0, and between the two whatever holds a node with du/dt = 0, where w = u. Eq. 8's tanh is this law,
+smoothed over a width of 1e-6. Both integrators solve this tridiagonal system for the nodes that slide, by the
+Thomas algorithm.
 
-Which nodes slide is found by an active-set iteration: assume a state of each node, solve for those that slide,
-correct the states that the solution contradicts. Started from the states of the step before, this ends after
-one or two passes. It may, rarely, cycle; then the states are built up from rest in an order that provably ends,
-because the matrix is an M-matrix (policy iteration on max(min(v, r + forward), r - backward) = 0, where v is
-the velocity and r = A w - B f).
+Which nodes slide is found by an active-set iteration: assume a state of each node, solve for those that
+slide, correct the states that the solution contradicts. Started from the states of the step before, this ends
+after one or two passes. It may, rarely, cycle; then the states are built up from rest in an order that
+provably ends, because the matrix is an M-matrix (policy iteration on max(min(v, r + forward), r - backward)
+= 0, where v is the velocity and r = A w - B f).
 """
 
 import numpy as np
 
 from crawler_bench.physics.coefficients import Coefficients
-from crawler_bench.physics.compiled import kernel
+from crawler_bench.physics.compiled import inner_kernel
 from crawler_bench.physics.state import Node, Nodes
 from crawler_bench.physics.tolerances import BALANCED, RIGID_RESISTANCE, WARM_PASSES
 
 FORWARD, STUCK, BACKWARD = 1.0, 0.0, -1.0
 
 
-@kernel
+@inner_kernel
 def friction(slip: float, k: Coefficients) -> float:
     """Friction on a node that slides, k L [M20, eq. 8]."""
     return k.forward if slip == FORWARD else -k.backward
 
 
-@kernel
+@inner_kernel
 def slip_of_stuck(holding: float, k: Coefficients) -> float:
     """Slip state of a stuck node that this friction, k L, would have to hold [M20, eq. 8]."""
     if holding > k.forward:
@@ -39,13 +40,13 @@ def slip_of_stuck(holding: float, k: Coefficients) -> float:
     return BACKWARD if holding < -k.backward else STUCK
 
 
-@kernel
+@inner_kernel
 def chain_force(above: float, own: float, below: float) -> float:
-    """Row of -A: the pull on a node of its two neighbours in the chain [M20, eq. 1-3]; no neighbour is `own`."""
+    """Row of -A: the pull of its neighbours on a node [M20, eq. 1-3]; beyond an end it meets itself."""
     return above + below - 2.0 * own
 
 
-@kernel
+@inner_kernel
 def holding_force(nodes: Nodes, i: int) -> tuple[float, float, float]:
     """Friction that it takes to hold the stuck node i, B f - A w, as its terms, k L."""
     node, above, below = nodes[i], nodes[max(i - 1, 0)], nodes[min(i + 1, nodes.size - 1)]
@@ -56,13 +57,13 @@ def holding_force(nodes: Nodes, i: int) -> tuple[float, float, float]:
     )
 
 
-@kernel
+@inner_kernel
 def stand_still(node: Node, displacement: float) -> None:
     """Let w be what it is on a node that does not move."""
     node.w.constant, node.w.as_e_f, node.w.as_r_f = displacement, 0.0, 0.0
 
 
-@kernel
+@inner_kernel
 def solve_sliding(nodes: Nodes, low: int, high: int, k: Coefficients) -> None:
     """Solve the force balance for w of the sliding nodes from `low` to `high` [M20, eq. 1-3].
 
@@ -76,7 +77,7 @@ def solve_sliding(nodes: Nodes, low: int, high: int, k: Coefficients) -> None:
     substitute(nodes, low, high)
 
 
-@kernel
+@inner_kernel
 def eliminate(nodes: Nodes, low: int, high: int, k: Coefficients) -> None:
     """Forward half of the Thomas algorithm, for all three terms of w."""
     above, above_f, above_r, coupling = (
@@ -99,7 +100,7 @@ def eliminate(nodes: Nodes, low: int, high: int, k: Coefficients) -> None:
         node.inverse_pivot = coupling
 
 
-@kernel
+@inner_kernel
 def substitute(nodes: Nodes, low: int, high: int) -> None:
     """Backward half of the Thomas algorithm."""
     after, after_f, after_r = 0.0, 0.0, 0.0  # w of the node behind
@@ -112,7 +113,7 @@ def substitute(nodes: Nodes, low: int, high: int) -> None:
         after, after_f, after_r = node.w.constant, node.w.as_e_f, node.w.as_r_f
 
 
-@kernel
+@inner_kernel
 def balance_forces(nodes: Nodes, k: Coefficients) -> int:
     """Find which nodes slide, and w of all nodes, at one moment.
 
@@ -131,7 +132,7 @@ def balance_forces(nodes: Nodes, k: Coefficients) -> int:
     return WARM_PASSES + _balance_from_rest(nodes, k)
 
 
-@kernel
+@inner_kernel
 def _solve_states(nodes: Nodes, k: Coefficients) -> None:
     """Solve for w under the assumed states of the nodes."""
     for node in nodes:
@@ -147,7 +148,7 @@ def _solve_states(nodes: Nodes, k: Coefficients) -> None:
         _centre_rigid_motion(nodes)
 
 
-@kernel
+@inner_kernel
 def _correct_states(nodes: Nodes, k: Coefficients) -> bool:
     """Let go of overloaded nodes, stop those that slide against their own friction; say if any changed."""
     changed = False
@@ -163,7 +164,7 @@ def _correct_states(nodes: Nodes, k: Coefficients) -> bool:
     return changed
 
 
-@kernel
+@inner_kernel
 def _balanced(nodes: Nodes, k: Coefficients) -> bool:
     """Whether the sum of all forces, as the elimination leaves it in the last row, is 0 up to rounding."""
     magnitude = nodes.size * (k.forward + k.backward)
@@ -172,7 +173,7 @@ def _balanced(nodes: Nodes, k: Coefficients) -> bool:
     return abs(nodes[nodes.size - 1].w.constant) * RIGID_RESISTANCE <= BALANCED * magnitude
 
 
-@kernel
+@inner_kernel
 def _centre_rigid_motion(nodes: Nodes) -> None:
     """Where friction balances at any rigid velocity, take the middle one of those that it allows.
 
@@ -190,7 +191,7 @@ def _centre_rigid_motion(nodes: Nodes) -> None:
             node.w.constant += 0.5 * (lowest + highest)
 
 
-@kernel
+@inner_kernel
 def _balance_from_rest(nodes: Nodes, k: Coefficients) -> int:
     """Nested policy iteration; each set only grows, so it ends after at most (N + 2)^2 solves.
 
@@ -213,7 +214,7 @@ def _balance_from_rest(nodes: Nodes, k: Coefficients) -> int:
                 node.slip = STUCK
 
 
-@kernel
+@inner_kernel
 def _let_go(nodes: Nodes, direction: float, k: Coefficients) -> bool:
     """Let go of every stuck node that is overloaded in a direction; say if there was one."""
     found = False

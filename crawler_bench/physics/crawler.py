@@ -8,17 +8,17 @@ Two integrators share all this: stepped.py takes implicit Euler steps, exact/ go
 """
 
 from crawler_bench.physics.coefficients import Coefficients
-from crawler_bench.physics.compiled import kernel
+from crawler_bench.physics.compiled import inner_kernel
 from crawler_bench.physics.state import Nodes
 
 
-@kernel
+@inner_kernel
 def fires_with(action: int, tail: int) -> int:
     """The neuron that is ON with neuron `action`: that of the tail with that of the head, else itself."""
     return tail if action == 0 else action
 
 
-@kernel
+@inner_kernel
 def net_muscle_force(i: int, tail: int, own: float, behind: float, head: float, k: Coefficients) -> float:
     """Row i of B f [M20, eq. 1-3]: what the muscles do to node i, k L.
 
@@ -38,7 +38,7 @@ def net_muscle_force(i: int, tail: int, own: float, behind: float, head: float, 
     return total
 
 
-@kernel
+@inner_kernel
 def set_net_force(nodes: Nodes, i: int, k: Coefficients) -> None:
     """Find the net muscle force on node i from the muscles' terms."""
     tail = nodes.size - 1
@@ -48,7 +48,7 @@ def set_net_force(nodes: Nodes, i: int, k: Coefficients) -> None:
     node.net.as_r_f = net_muscle_force(i, tail, own.as_r_f, behind.as_r_f, head.as_r_f, k)
 
 
-@kernel
+@inner_kernel
 def set_power(nodes: Nodes, k: Coefficients) -> None:
     """Power of each node: net muscle force times speed [M20, eq. 13], k L^2 / tau_theta."""
     tail = nodes.size - 1
@@ -58,7 +58,7 @@ def set_power(nodes: Nodes, k: Coefficients) -> None:
         node.power = abs(net * node.velocity)
 
 
-@kernel
+@inner_kernel
 def measure(nodes: Nodes) -> tuple[float, float]:
     """Find the strain of each segment, contraction positive [M20, eq. 9].
 

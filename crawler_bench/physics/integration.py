@@ -1,7 +1,7 @@
 """One decision of the crawler, by the integrator that its parameters name."""
 
 from crawler_bench.physics.coefficients import Coefficients, Stepping
-from crawler_bench.physics.compiled import kernel
+from crawler_bench.physics.compiled import inner_kernel
 from crawler_bench.physics.exact.integrator import cross_decision
 from crawler_bench.physics.state import Array, Clock, Nodes, dtype_of
 from crawler_bench.physics.stepped import advance
@@ -9,12 +9,12 @@ from crawler_bench.physics.stepped import advance
 STEPPING = dtype_of(Stepping)
 
 
-@kernel
+@inner_kernel
 def act(nodes: Nodes, clock: Clock, action: int, k: Coefficients, steps: Array | None) -> None:
     """Hold one neuron ON for a decision interval.
 
     Args:
-        nodes: changed in place: where the body is then; `trajectory.write_state` writes the rest of the state.
+        nodes: changed in place: where the body is; `trajectory.write_state` writes the rest of the state.
         clock: moved on.
         action: the neuron that is ON, 0 to N - 1; neuron N (tail) is ON whenever neuron 0 is [M20, eq. 10].
         k: coefficients.

@@ -7,11 +7,11 @@ which F falls through 1 (the limiter), both are exponentials.
 
 import math
 
-from crawler_bench.physics.compiled import kernel
+from crawler_bench.physics.compiled import inner_kernel
 from crawler_bench.physics.tolerances import NEGLIGIBLE, NEVER
 
 
-@kernel
+@inner_kernel
 def relax_muscle(
     F: float, f: float, time: float, tau_m: float, tau_f: float, force_max: float
 ) -> tuple[float, float]:
@@ -39,13 +39,13 @@ def relax_muscle(
     return flush(F), flush(f)
 
 
-@kernel
+@inner_kernel
 def time_in_limiter(F: float, tau_m: float) -> float:
     """Time until a drive falls through 1, where eq. 4 limits it; NEVER if it is below."""
     return tau_m * math.log(F) if F > 1.0 else NEVER
 
 
-@kernel
+@inner_kernel
 def follow(time: float, tau_lead: float, tau_follow: float) -> float:
     """What follows a decay exp(-t / tau_lead) with time constant tau_follow, from 0.
 
@@ -56,7 +56,7 @@ def follow(time: float, tau_lead: float, tau_follow: float) -> float:
     return math.exp(-time / max(tau_follow, tau_lead)) / tau_follow * weight
 
 
-@kernel
+@inner_kernel
 def flush(value: float) -> float:
     """The value, or 0 where it is negligible."""
     return value if value > NEGLIGIBLE else 0.0

@@ -10,14 +10,14 @@ passes a multiple of 2 pi where V rises through 0.
 
 import math
 
-from crawler_bench.physics.compiled import kernel
+from crawler_bench.physics.compiled import inner_kernel
 from crawler_bench.physics.tolerances import NEVER
 
 NO_SPIKE = -1.0
 _JUST_PAST_INFINITY = -NEVER
 
 
-@kernel
+@inner_kernel
 def step_neuron(
     V: float, on: bool, dt: float, rate: float, tan_rate_dt: float, at_pi: bool, at_2pi: bool
 ) -> tuple[float, float]:
@@ -50,25 +50,25 @@ def step_neuron(
     return new, min(_time_to_infinity(V, on, rate), dt) if at_pi else NO_SPIKE
 
 
-@kernel
+@inner_kernel
 def _time_to_infinity(V: float, on: bool, rate: float) -> float:
     """Time until theta = pi, from V > 0."""
     return (math.atan(1.0 / V) if on else 1.0 / V) / rate
 
 
-@kernel
+@inner_kernel
 def _time_to_zero(V: float, rate: float) -> float:
     """Time until theta = 2 pi, from V < 0 and ON (OFF, V creeps towards 0 and never arrives)."""
     return math.atan(-V) / rate
 
 
-@kernel
+@inner_kernel
 def cotangent(V: float) -> float:
     """The clock q = 1 / V = cot(theta / 2): eq. 6 of a neuron that is OFF becomes dq/dt = -neuron_rate."""
     return min(max(1.0 / V, -NEVER), NEVER) if V != 0.0 else NEVER
 
 
-@kernel
+@inner_kernel
 def tangent(q: float) -> float:
     """Undo `cotangent`."""
     if q == 0.0:

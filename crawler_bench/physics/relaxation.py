@@ -1,4 +1,4 @@
-"""How relaxations respond to relaxations: the functions of time that the exact integrator's terms add up.
+"""How relaxations answer to relaxations: the functions of time that the exact integrator adds up.
 
 Between events a spike's drive decays as e_m = exp(-t / tau_m). Forces and displacements follow it through up
 to two relaxations more, so every quantity is a sum of these functions of the time t since the epoch:
@@ -16,7 +16,7 @@ are equal, or nearly so.
 import math
 from typing import NamedTuple
 
-from crawler_bench.physics.compiled import kernel
+from crawler_bench.physics.compiled import inner_kernel
 from crawler_bench.physics.muscle import follow
 from crawler_bench.physics.tolerances import APART_RATES, CLOSE_EXPONENTS, NEAR_EXPONENT, SERIES_TERMS
 
@@ -59,7 +59,7 @@ def relaxation(tau_m: float, tau_f: float, c: float) -> Relaxation:
     return Relaxation(tau_m, tau_f, c, 1.0 / tau_m, 1.0 / tau_f, 1.0 / c, apart, *over)
 
 
-@kernel
+@inner_kernel
 def respond(time: float, times: Relaxation) -> Response:
     """Evaluate all functions at a time, for any time constants."""
     e_m, e_f = math.exp(-time * times.rate_m), math.exp(-time * times.rate_f)
@@ -75,7 +75,7 @@ def respond(time: float, times: Relaxation) -> Response:
     return Response(time, e_m, e_f, r_f, e_c, s_f, s_r)
 
 
-@kernel
+@inner_kernel
 def after(first: Response, then: Response) -> Response:
     """The functions at the sum of two times at which they are known."""
     return Response(
@@ -89,7 +89,7 @@ def after(first: Response, then: Response) -> Response:
     )
 
 
-@kernel
+@inner_kernel
 def respond_near(known: Response, time: float, times: Relaxation) -> Response:
     """Evaluate all functions at a time near one at which they are known: without exponentials."""
     passed = time - known.time
@@ -103,15 +103,15 @@ def respond_near(known: Response, time: float, times: Relaxation) -> Response:
     return Response(time, there.e_m, there.e_f, there.r_f, there.e_c, there.s_f, there.s_r)
 
 
-@kernel
+@inner_kernel
 def _series(x: float) -> float:
     """The exponential function of a number of at most NEAR_EXPONENT, to rounding."""
     return 1.0 + x * (1.0 + x * (1.0 / 2.0 + x * (1.0 / 6.0 + x * (1.0 / 24.0 + x * (1.0 / 120.0)))))
 
 
-@kernel
+@inner_kernel
 def _second_difference(x: float, y: float, z: float) -> float:
-    """Divided difference of exp at three points, equal or not."""
+    """Divided difference of exp at three points, any of which may be equal."""
     low, high = min(x, y, z), max(x, y, z)
     middle = x + y + z - low - high
     if high - low > CLOSE_EXPONENTS:
@@ -127,7 +127,7 @@ def _second_difference(x: float, y: float, z: float) -> float:
     return math.exp(middle) * total
 
 
-@kernel
+@inner_kernel
 def _first_difference(x: float, y: float) -> float:
     """Divided difference of exp at two points, x >= y."""
     return math.exp(x) * (-math.expm1(y - x) / (x - y) if x != y else 1.0)

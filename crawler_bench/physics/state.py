@@ -1,17 +1,18 @@
 """The state of a crawler by name, for kernels and for Python.
 
-A crawler is one row of floats, so a batch of crawlers is one array and a copy of the row goes on like the
-original. `parts` (in kernels) and `nodes_of`, `odometer_of` (in Python) give what lies in it names: an array of
-N + 1 records, and single numbers. Reading a field of a record costs what reading an entry of an array costs.
+A crawler is one row of floats, so a batch of crawlers is one array, and a copy of a row goes on like the
+original. `parts` (in kernels) and `nodes_of`, `odometer_of` (in Python) show the same memory as records with
+named fields: N + 1 nodes, a clock, an odometer. A field costs no more to read than an entry of an array.
 """
 
+import functools
 from collections.abc import Iterator, Sequence
 from typing import Any, Protocol, get_type_hints
 
 import numpy as np
 from numpy.typing import NDArray
 
-from crawler_bench.physics.compiled import kernel
+from crawler_bench.physics.compiled import inner_kernel
 from crawler_bench.physics.relaxation import Response
 
 Array = NDArray[np.float64]
@@ -29,8 +30,8 @@ class Terms(Protocol):
 class Node(Protocol):
     """Node i of the body with muscle i and neuron i.
 
-    The exact integrator keeps `displacement` and `slip` up to date in each decision, and the rest of the state
-    when it is asked to: `exact.trajectory.write_state`.
+    The exact integrator writes `displacement` and `slip` in each decision, and the rest of the state when
+    asked: `exact.trajectory.write_state`.
     """
 
     # The state [M20, eq. 1-8].
@@ -92,6 +93,7 @@ STATE = ("displacement", "slip", "neuron", "drive", "velocity", "force")
 _KINDS = {float: np.float64, int: np.int64, bool: np.int64}  # eight bytes each, so that rows may be floats
 
 
+@functools.cache
 def dtype_of(kind: Any) -> Any:
     """The NumPy record type whose fields are those of an annotated class."""
     hints = get_type_hints(kind)
@@ -104,7 +106,7 @@ _CLOCK = ODOMETER.itemsize // 8
 _NODES = _CLOCK + CLOCK.itemsize // 8
 
 
-@kernel
+@inner_kernel
 def parts(memory: Any) -> tuple[Sequence[Odometer], Sequence[Clock], Nodes]:
     """For kernels: the odometer and the clock of a crawler, each the only one of its kind, and its nodes."""
     return memory[:_CLOCK].view(ODOMETER), memory[_CLOCK:_NODES].view(CLOCK), memory[_NODES:].view(NODE)

@@ -4,20 +4,20 @@ A step of the force balance of body.py, with u the displacements at its end and 
 
     A w = B f - friction,       w = c v + k u = (c + k dt) v + k u_0,       v = (u - u_0) / dt,
 
-so it is that of a body at u_0 whose damping is c + k dt. This integrator has no shortcuts: it is what the exact one
-is compared with, and what stands in where that one gives up.
+so it is that of a body at u_0 whose damping is c + k dt. This integrator has no shortcuts: the exact one is
+compared with it, and it takes over where that one gives up.
 """
 
 from crawler_bench.physics.body import STUCK, balance_forces
 from crawler_bench.physics.coefficients import Coefficients, Stepping
-from crawler_bench.physics.compiled import kernel
+from crawler_bench.physics.compiled import inner_kernel
 from crawler_bench.physics.crawler import fires_with, set_net_force
 from crawler_bench.physics.muscle import flush, relax_muscle
 from crawler_bench.physics.neuron import NO_SPIKE, step_neuron
 from crawler_bench.physics.state import Node, Nodes
 
 
-@kernel
+@inner_kernel
 def advance(nodes: Nodes, action: int, n_steps: int, k: Coefficients, s: Stepping) -> None:
     """Advance the crawler by n_steps steps of dt with one neuron ON.
 
@@ -38,7 +38,7 @@ def advance(nodes: Nodes, action: int, n_steps: int, k: Coefficients, s: Steppin
         step_body(nodes, k, s)
 
 
-@kernel
+@inner_kernel
 def step_spike(node: Node, is_on: bool, k: Coefficients, s: Stepping) -> float:
     """Advance a neuron by dt; return the time of its spike from the start of the step, or NO_SPIKE."""
     node.neuron, spike = step_neuron(
@@ -47,9 +47,9 @@ def step_spike(node: Node, is_on: bool, k: Coefficients, s: Stepping) -> float:
     return spike
 
 
-@kernel
+@inner_kernel
 def step_muscle(node: Node, spike: float, k: Coefficients, s: Stepping) -> None:
-    """Advance a muscle by dt, with the spike of its neuron and its fall through the limiter at their own times."""
+    """Advance a muscle by dt; its spike and its fall through the limiter come at their own times."""
     F, f = node.drive, node.force
     if spike != NO_SPIKE:
         F, f = relax_muscle(F, f, spike, k.tau_m, k.tau_f, k.force_max)
@@ -63,7 +63,7 @@ def step_muscle(node: Node, spike: float, k: Coefficients, s: Stepping) -> None:
     node.muscle.constant, node.muscle.as_e_f, node.muscle.as_r_f = f, 0.0, 0.0
 
 
-@kernel
+@inner_kernel
 def step_body(nodes: Nodes, k: Coefficients, s: Stepping) -> None:
     """Advance the body by dt under the net muscle forces at the end of the step."""
     balance_forces(nodes, k)

@@ -7,7 +7,7 @@ NEVER = 1e300
 """A time that does not come. Finite, so that JSON can hold it."""
 
 NEGLIGIBLE = 1e-200
-"""Drives and forces below this are 0: they would decay into denormal numbers, which are slow to compute with."""
+"""Drives and forces below this are 0: they would decay into denormal numbers, which are slow."""
 
 # The exact integrator.
 EVENT = 1e-13
@@ -17,7 +17,7 @@ COINCIDENCE = 1e-13
 """A spike this close to the end of a decision is at its end: rounding must neither lose nor double it."""
 
 LONGEST_EPOCH = 2.0
-"""In units of the shortest time constant: rounding errors grow by the exponential of the time since the epoch."""
+"""In units of the shortest time constant: rounding errors grow exponentially from the epoch on."""
 
 SUM_OF_DECISIONS = 1.0 + 1e-9
 """Rounding of a sum of decision intervals must not begin an epoch one decision early."""

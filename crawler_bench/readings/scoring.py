@@ -1,7 +1,7 @@
 """How far a reading is from the paper: one number without tuned weights.
 
 Everything here was fixed before the first reading was run, except for two core claims, added in November 2026
-before the search of `search.py` ran: that learning pays, and that the regularized gait keeps its speed under
+before the search of `search/` ran: that learning pays, and that the regularized gait keeps its speed under
 noise. The default at that time met every other core claim although random action crawled faster than its
 gait: a rule without them misses the point of the paper.
 

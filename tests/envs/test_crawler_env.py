@@ -79,14 +79,14 @@ def test_a_snapshot_brings_another_environment_to_the_same_future() -> None:
         assert env.step(action)[:4] == twin.step(action)[:4]
 
 
-@pytest.mark.parametrize("lost", [["course", "parameters"], ["a row"]])
+@pytest.mark.parametrize("lost", [["memory", "layout", "parameters"], ["a name"]])
 def test_a_snapshot_of_the_state_alone_will_do(lost: list[str]) -> None:
-    """Agents that earlier versions saved hold no course, or one that was written otherwise."""
+    """Agents that earlier versions saved hold no trajectory, or one that was written otherwise."""
     env, twin = CrawlerEnv(), CrawlerEnv()
     roll(env, 1, 57)
     snapshot = env.get_state()
-    if lost == ["a row"]:
-        snapshot["course"].pop()
+    if lost == ["a name"]:
+        snapshot["layout"].pop()
     snapshot = {name: value for name, value in snapshot.items() if name not in lost}
     twin.set_state(snapshot)
     for action in [0, 9, 4, 4, 2] * 20:
@@ -97,22 +97,20 @@ def test_a_snapshot_of_the_state_alone_will_do(lost: list[str]) -> None:
     ("name", "value"),
     [
         ("state", [[float("nan")] * 11] * 6), ("state", [[0.0] * 10] * 6), ("state", 5),
-        ("state", [[0.0], []]), ("odometer", [0.0, float("inf"), 0.0]), ("odometer", [0.0] * 4),
-        ("generator", {}), ("generator", {"bit_generator": "MT19937"}), ("course", None),
+        ("state", [[0.0], []]), ("odometer", [0.0, float("inf"), 0.0, 0.0]), ("odometer", [0.0] * 9),
+        ("memory", None), ("memory", []), ("generator", {}), ("generator", {"bit_generator": "MT19937"}),
     ],
 )  # fmt: skip
 def test_a_snapshot_that_is_none_is_refused_and_changes_nothing(name: str, value: Any) -> None:
-    env, twin = CrawlerEnv(), CrawlerEnv()
+    env = CrawlerEnv()
     roll(env, 1, 57)
     before = env.get_state()
-    if name == "course":
-        value = [[float("nan")] * 11] * len(before["course"])
     with pytest.raises(ValueError, match=f"the crawler's {name}") as caught:
         env.set_state(before | {name: value})
     assert "\n" not in str(caught.value)
     assert env.get_state() == before
     with pytest.raises(ValueError, match="a crawler's state is a dictionary"):
-        twin.set_state([])  # type: ignore[arg-type]
+        env.set_state([])  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize("other", [{"integrator": "step"}, {"tau_f": 0.4}, {"damping": 2.0}])

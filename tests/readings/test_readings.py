@@ -15,8 +15,8 @@ from crawler_bench.readings.fields import FIELDS, GIVEN, NO_LIMIT, REGULARIZATIO
 from crawler_bench.readings.frames import read_reading, summarize
 from crawler_bench.readings.laboratory import Laboratory, Scored
 from crawler_bench.readings.scoring import RESAMPLES
+from crawler_bench.readings.search.space import CONSTANTS
 from crawler_bench.readings.sizes import FULL, smoke
-from crawler_bench.readings.space import CONSTANTS
 from crawler_bench.readings.study import Study, is_rival
 from crawler_bench.report import blocks
 from tests.readings.test_scoring import plant, score

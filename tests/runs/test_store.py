@@ -11,11 +11,10 @@ from pathlib import Path
 import pytest
 
 from crawler_bench.config.schema import EnvironmentConfig, EvaluationConfig, RunConfig
-from crawler_bench.physics import compilation
 from crawler_bench.physics.parameters import CHOICES, CrawlerParameters
 from crawler_bench.runs import store
 
-ROOT = Path(compilation.__file__).parents[2]
+ROOT = Path(store.__file__).parents[2]
 RUN = RunConfig(agent="random")
 
 
@@ -199,15 +198,15 @@ def test_what_is_not_a_run(tmp_path):
 
 CRAWL = """
 import crawler_bench.physics
-from crawler_bench.runs.store import training_key
 from crawler_bench.config.schema import RunConfig
-from crawler_bench.physics.coefficients import coefficients
-from crawler_bench.physics.crawler import advance
-from crawler_bench.physics.state import rest_state, workspace
-state = rest_state(4)
-parameters = crawler_bench.physics.CrawlerParameters(n_segments=4, integrator="step")
-advance(state, workspace(4), 2, 2000, coefficients(parameters))
-print(crawler_bench.__file__, training_key(RunConfig(), 0), repr(state[0].sum()))
+from crawler_bench.physics.coefficients import as_record, coefficients, stepping
+from crawler_bench.physics.state import make_memory, nodes_of
+from crawler_bench.physics.stepped import advance
+from crawler_bench.runs.store import training_key
+parameters = crawler_bench.physics.CrawlerParameters(n_segments=4)
+nodes = nodes_of(make_memory(4))
+advance(nodes, 2, 2000, as_record(coefficients(parameters)), as_record(stepping(parameters)))
+print(crawler_bench.__file__, training_key(RunConfig(), 0), repr(nodes["displacement"].sum()))
 """
 
 
@@ -226,9 +225,9 @@ def test_an_edit_in_a_file_that_is_called_changes_the_result_and_the_key(tmp_pat
     assert len(list((tmp_path / "cache").iterdir())) == 1
     body = tmp_path / "crawler_bench" / "physics" / "body.py"
     text = body.read_text()
-    friction = "friction = forward if slip[i] == FORWARD else -backward"
+    friction = "return k.forward if slip == FORWARD else -k.backward"
     assert text.count(friction) == 1
-    body.write_text(text.replace(friction, "friction = 0.5 * forward if slip[i] == FORWARD else -backward"))
+    body.write_text(text.replace(friction, "return 0.5 * k.forward if slip == FORWARD else -k.backward"))
     after = crawl()
     assert after[0] == before[0]
     assert after[1] != before[1]

@@ -1,6 +1,6 @@
-"""Compiling Python to machine code, once: the decorator of every kernel and the cache. It knows no crawlers."""
+"""Compile Python to machine code, once: the decorator of kernels and the cache; nothing about crawlers."""
 
 from crawler_bench.physics.compiled.cache import KERNEL_HASH, cache_folder, source_hash
-from crawler_bench.physics.compiled.kernels import kernel
+from crawler_bench.physics.compiled.kernels import inner_kernel, kernel
 
-__all__ = ["KERNEL_HASH", "cache_folder", "kernel", "source_hash"]
+__all__ = ["KERNEL_HASH", "cache_folder", "inner_kernel", "kernel", "source_hash"]

@@ -21,24 +21,35 @@ njit: Any = numba.njit  # its declared type lacks an option used here
 def kernel(function: Callable[Arguments, Result]) -> Callable[Arguments, Result]:
     """Compile a function to machine code at its first call; keep the code on disk.
 
-    It calls other kernels only, divides as NumPy does, and lets other threads run Python meanwhile.
-
-    Numba counts the references to arrays, with an atomic instruction each, where it cannot prove that they do
-    not change; in a loop over nodes that takes longer than the physics. The option `_nrt=False` says that no
-    kernel makes an array, so that there is nothing to count. It is numba's own and may go: then leave it out.
+    It divides as NumPy does, and lets other threads run Python meanwhile.
     """
+    return _compile(function)
+
+
+def inner_kernel(function: Callable[Arguments, Result]) -> Callable[Arguments, Result]:
+    """Compile like `kernel` a function that makes no array: it counts no references to those it is given.
+
+    Numba counts them, with an atomic instruction each, where it cannot prove that they do not change; in a
+    loop over a few nodes that takes longer than the physics. The option is numba's own; should it go, leave
+    it out. Only an inner kernel may be given an array back by an inner kernel (a view, as by `parts`): any
+    other would count one reference too few, and free memory that is in use.
+    """
+    return _compile(function, _nrt=False)
+
+
+def _compile(function: Callable[Arguments, Result], **options: bool) -> Callable[Arguments, Result]:
     previous = config.CACHE_DIR
     config.CACHE_DIR = str(cache_folder())  # read once, while the decorator below chooses its cache
     try:
         compiled: Callable[Arguments, Result] = njit(
-            cache=True, error_model="numpy", no_cfunc_wrapper=True, nogil=True, _nrt=False
+            cache=True, error_model="numpy", no_cfunc_wrapper=True, nogil=True, **options
         )(function)
     finally:
         config.CACHE_DIR = previous
     return compiled
 
 
-class _Announcement(event.Listener):  # type: ignore[misc]
+class _Announcement(event.Listener):
     """Says once that compiling takes a while: it happens at a first call, where nobody expects it."""
 
     def __init__(self) -> None:
@@ -55,4 +66,5 @@ class _Announcement(event.Listener):  # type: ignore[misc]
         """Nothing is to be said."""
 
 
-event.register("numba:compile", _Announcement())
+register: Any = event.register  # it declares no types
+register("numba:compile", _Announcement())

@@ -10,7 +10,7 @@ import math
 from typing import NamedTuple
 
 from crawler_bench.physics.coefficients import Coefficients
-from crawler_bench.physics.compiled import kernel
+from crawler_bench.physics.compiled import inner_kernel
 from crawler_bench.physics.relaxation import Relaxation, Response, respond, respond_near
 from crawler_bench.physics.tolerances import NEVER, QUADRATIC, ROOT_PASSES
 
@@ -24,7 +24,7 @@ class Margin(NamedTuple):
     sliding: bool
 
 
-@kernel
+@inner_kernel
 def margin_at(m: Margin, now: Response) -> float:
     """Distance of the holding force of a stuck node to a limit; velocity of a sliding one, times c."""
     if m.sliding:
@@ -32,7 +32,7 @@ def margin_at(m: Margin, now: Response) -> float:
     return m.constant + m.as_e_f * now.e_f + m.as_r_f * now.r_f
 
 
-@kernel
+@inner_kernel
 def slope_of(m: Margin, now: Response, rate_f: float) -> float:
     """Rate of change of the force on a node.
 
@@ -41,7 +41,7 @@ def slope_of(m: Margin, now: Response, rate_f: float) -> float:
     return (m.as_r_f * (now.e_m - now.r_f) - m.as_e_f * now.e_f) * rate_f
 
 
-@kernel
+@inner_kernel
 def crossing_time(m: Margin, now: Response, end: Response, patient: bool, k: Coefficients) -> float:
     """First time at which a node's margin falls below 0; NEVER if it does not before the end.
 
@@ -82,14 +82,14 @@ def crossing_time(m: Margin, now: Response, end: Response, patient: bool, k: Coe
     return _root(m, low, high, guess, times, tolerance)
 
 
-@kernel
+@inner_kernel
 def _parabola_root(start: float, slope: float, end: float) -> float:
     """Where, from 0 to 1, a parabola falls through 0 that has this value and slope at 0 and value at 1."""
     root = math.sqrt(max(slope * slope - 4.0 * (end - start - slope) * start, 0.0))
     return min(2.0 * start / (root - slope), 1.0) if start > 0.0 and root > slope else 0.5
 
 
-@kernel
+@inner_kernel
 def _turning_time(m: Margin, low: float, high: float, times: Relaxation, tolerance: float) -> float:
     """Where the slope changes sign between two times, which it is known to do once."""
     if times.apart:  # as_r_f (e_m - r_f) = as_e_f e_f, with r_f = (e_m - e_f) o
@@ -108,7 +108,7 @@ def _turning_time(m: Margin, low: float, high: float, times: Relaxation, toleran
     return 0.5 * (low + high)
 
 
-@kernel
+@inner_kernel
 def _root(m: Margin, low: float, high: float, guess: float, times: Relaxation, tolerance: float) -> float:
     """Where the margin falls through 0 between `low`, where it is positive, and `high`, where it is not."""
     time, now = guess, respond(guess, times)

@@ -1,14 +1,14 @@
 """When neurons spike and drives fall through the limiter, and what it does to a muscle.
 
 With q = cot(theta / 2), eq. 6 of a neuron that is OFF becomes dq/dt = -neuron_rate: a clock, which runs down
-to its spike at q = 0 (theta = pi). What is kept is the q that it would have had at the epoch, so that a neuron
+to its spike at q = 0 (theta = pi). What is kept is the q that it would have had at the epoch, so a neuron
 costs nothing while it is OFF. One that is ON turns by an angle that is the same in every decision.
 """
 
 import math
 
 from crawler_bench.physics.coefficients import Coefficients
-from crawler_bench.physics.compiled import kernel
+from crawler_bench.physics.compiled import inner_kernel
 from crawler_bench.physics.crawler import set_net_force
 from crawler_bench.physics.exact.trajectory import force_at, set_muscle_terms
 from crawler_bench.physics.muscle import time_in_limiter
@@ -17,7 +17,7 @@ from crawler_bench.physics.state import Node, Nodes
 from crawler_bench.physics.tolerances import COINCIDENCE, NEVER, SURE_TURN
 
 
-@kernel
+@inner_kernel
 def turn_on(node: Node, time: float, k: Coefficients) -> float:
     """Turn a neuron ON for a decision that begins now [M20, eq. 6]; note when it spikes first [M20, eq. 7].
 
@@ -48,14 +48,14 @@ def turn_on(node: Node, time: float, k: Coefficients) -> float:
     return end
 
 
-@kernel
+@inner_kernel
 def turn_off(node: Node, q: float, time: float, k: Coefficients) -> None:
     """Turn a neuron, whose q is given, OFF; note when it spikes."""
     node.cotangent_at_epoch = q + k.neuron_rate * time if q < NEVER else NEVER
     node.spike_time = time + q / k.neuron_rate if k.spike_at_pi and 0.0 <= q < NEVER else NEVER
 
 
-@kernel
+@inner_kernel
 def next_excitation(nodes: Nodes) -> float:
     """When the next neuron spikes or drive falls through its limit."""
     spike, limit = NEVER, NEVER
@@ -65,7 +65,7 @@ def next_excitation(nodes: Nodes) -> float:
     return min(spike, limit)
 
 
-@kernel
+@inner_kernel
 def due_muscle(nodes: Nodes, time: float) -> int:
     """The first muscle that receives a spike, or leaves its limiter, by now; there must be one."""
     for i in range(nodes.size):
@@ -74,7 +74,7 @@ def due_muscle(nodes: Nodes, time: float) -> int:
     return 0  # there was none
 
 
-@kernel
+@inner_kernel
 def excite(nodes: Nodes, i: int, now: Response, is_on: bool, k: Coefficients) -> None:
     """Apply the spike, or the fall through the limiter, of muscle i that is due [M20, eq. 4-5].
 

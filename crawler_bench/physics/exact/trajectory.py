@@ -1,7 +1,7 @@
 """The trajectory of muscles and body from one event to the next, in closed form.
 
 All times count from an *epoch*, at which the responses of relaxation.py start. Muscle forces and net muscle
-forces are sums p + q e_f + r r_f, their *terms*. So is w = c du/dt + k u on the nodes that slide, by the force
+forces are sums p + q e_f + r r_f of *terms*. So is w = c du/dt + k u on the nodes that slide, by the force
 balance of body.py, and each displacement relaxes towards its w with time constant c / k. What an event
 changes is written as what it *would have been at the epoch*, had it always moved as it does now, so that an
 event concerns only those that it changes. Rounding errors grow with the time since the epoch; so, every few
@@ -10,7 +10,7 @@ decisions, a new epoch begins, which changes no motion, only the time it counts 
 
 from crawler_bench.physics.body import STUCK, holding_force, solve_sliding, stand_still
 from crawler_bench.physics.coefficients import Coefficients
-from crawler_bench.physics.compiled import kernel
+from crawler_bench.physics.compiled import inner_kernel
 from crawler_bench.physics.crawler import set_net_force
 from crawler_bench.physics.muscle import flush, time_in_limiter
 from crawler_bench.physics.neuron import cotangent, tangent
@@ -19,14 +19,14 @@ from crawler_bench.physics.state import Clock, Node, Nodes, Terms
 from crawler_bench.physics.tolerances import NEGLIGIBLE, NEVER
 
 
-@kernel
+@inner_kernel
 def read_clock(clock: Clock) -> Response:
     """The responses at the time up to which the trajectory has been followed."""
     now = clock.now
     return Response(now.time, now.e_m, now.e_f, now.r_f, now.e_c, now.s_f, now.s_r)
 
 
-@kernel
+@inner_kernel
 def store_clock(clock: Clock, now: Response) -> None:
     """Note the time up to which the trajectory has been followed."""
     to = clock.now
@@ -34,13 +34,13 @@ def store_clock(clock: Clock, now: Response) -> None:
     to.e_c, to.s_f, to.s_r = now.e_c, now.s_f, now.s_r  # type: ignore[misc]
 
 
-@kernel
+@inner_kernel
 def force_at(terms: Terms, now: Response) -> float:
     """What a sum of terms is now."""
     return terms.constant + terms.as_e_f * now.e_f + terms.as_r_f * now.r_f
 
 
-@kernel
+@inner_kernel
 def position(node: Node, now: Response) -> float:
     """Displacement of a sliding node now: c du/dt + k u = w."""
     return (
@@ -51,9 +51,9 @@ def position(node: Node, now: Response) -> float:
     )
 
 
-@kernel
+@inner_kernel
 def initialize(nodes: Nodes, clock: Clock, k: Coefficients) -> None:
-    """Begin the trajectory of a crawler from its state alone; the epoch is now."""
+    """Begin the trajectory of a crawler of which only the state is known; the epoch is now."""
     for node in nodes:
         node.displacement_at_epoch = node.displacement
         node.cotangent_at_epoch = cotangent(node.neuron)
@@ -69,7 +69,7 @@ def initialize(nodes: Nodes, clock: Clock, k: Coefficients) -> None:
     store_clock(clock, START)
 
 
-@kernel
+@inner_kernel
 def set_muscle_terms(node: Node, drive: float, force: float, now: Response, k: Coefficients) -> None:
     """Let a muscle go on from the drive and the force that it has now [M20, eq. 4-5]."""
     charge = drive / now.e_m
@@ -79,9 +79,9 @@ def set_muscle_terms(node: Node, drive: float, force: float, now: Response, k: C
     node.muscle.as_e_f = (force - constant - as_r_f * now.r_f) / now.e_f
 
 
-@kernel
+@inner_kernel
 def set_trajectory(nodes: Nodes, low: int, high: int, changed: int, now: Response, k: Coefficients) -> None:
-    """Let the nodes from `low` to `high` go on from where they are under their new net forces and slip states.
+    """Let the nodes from `low` to `high` go on from where they are under new net forces and slip states.
 
     Args:
         nodes: the trajectory up to now.
@@ -113,12 +113,12 @@ def set_trajectory(nodes: Nodes, low: int, high: int, changed: int, now: Respons
         set_margin(nodes, i)
 
 
-@kernel
+@inner_kernel
 def set_margin(nodes: Nodes, i: int) -> None:
     """Find what keeps node i in its slip state.
 
-    Of a stuck node, the force that holds it, as its terms; of a sliding one, its velocity in its direction, times
-    c, whose constant term goes as e_c.
+    Of a stuck node, the force that holds it, as its terms; of a sliding one, its velocity in its direction,
+    times c, of which the constant term goes as e_c.
     """
     node = nodes[i]
     if node.slip == STUCK:
@@ -129,7 +129,7 @@ def set_margin(nodes: Nodes, i: int) -> None:
     node.margin.constant, node.margin.as_e_f, node.margin.as_r_f = constant, as_e_f, as_r_f
 
 
-@kernel
+@inner_kernel
 def begin_epoch(nodes: Nodes, clock: Clock, now: Response, k: Coefficients) -> None:
     """Count from now on."""
     for node in nodes:
@@ -147,7 +147,7 @@ def begin_epoch(nodes: Nodes, clock: Clock, now: Response, k: Coefficients) -> N
     store_clock(clock, START)
 
 
-@kernel
+@inner_kernel
 def restart(terms: Terms, now: Response) -> None:
     """Count from now on in a sum of terms, negligible ones being 0."""
     as_e_f, as_r_f = terms.as_e_f * now.e_f + terms.as_r_f * now.r_f, terms.as_r_f * now.e_m
@@ -155,14 +155,14 @@ def restart(terms: Terms, now: Response) -> None:
     terms.as_r_f = as_r_f if abs(as_r_f) > NEGLIGIBLE else 0.0
 
 
-@kernel
+@inner_kernel
 def write_positions(nodes: Nodes, now: Response) -> None:
     """Write where all nodes are now."""
     for node in nodes:
         node.displacement = position(node, now) if node.slip != STUCK else node.displacement_at_epoch
 
 
-@kernel
+@inner_kernel
 def write_state(nodes: Nodes, clock: Clock, k: Coefficients) -> None:
     """Write the rest of the state at the clock's time; without a trajectory it is there."""
     if clock.has_trajectory == 0.0:

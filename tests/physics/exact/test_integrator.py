@@ -179,7 +179,7 @@ def test_where_friction_balances_it_takes_steps() -> None:
 
 
 def test_events_without_end_are_given_up(monkeypatch: pytest.MonkeyPatch) -> None:
-    """With no event allowed the state is that with which the decision began, and nothing else is remembered."""
+    """With no event allowed the crawler is as it was when the decision began; only its trajectory is gone."""
     crawler, twin = Crawler(CrawlerParameters()), Crawler(CrawlerParameters())
     for each in (crawler, twin):
         for action in drawn(CrawlerParameters(), 50):
@@ -191,8 +191,8 @@ def test_events_without_end_are_given_up(monkeypatch: pytest.MonkeyPatch) -> Non
     for name in STATE:
         np.testing.assert_allclose(crawler.nodes[name], before[name], atol=1e-13)
     assert crawler.clock.has_trajectory == 0.0
+    monkeypatch.setattr(integration, "cross_decision", cross)
     with pytest.raises(ArithmeticError, match="gives up"):
-        monkeypatch.setattr(integration, "cross_decision", cross)
         act.py_func(crawler.nodes, crawler.clock, 3, crawler.k, None)  # type: ignore[attr-defined]
     monkeypatch.undo()
     for each in (crawler, twin):
