@@ -43,6 +43,8 @@ check: $(STAMP) ## lint, types, spelling, import contracts
 	$(BIN)/mypy
 	$(BIN)/codespell
 	$(BIN)/lint-imports
+	@! grep -rniwE 'anew|of which|stands for|so many' --include='*.py' --include='*.md' crawler_bench agents speed tests docs *.md \
+		|| { echo "plainer words, please: see the lines above"; exit 1; }
 
 format: $(STAMP) ## format and fix what can be fixed
 	$(BIN)/ruff format .

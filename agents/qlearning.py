@@ -58,14 +58,9 @@ class QLearning:
         end_is_terminal: bool = False,
         compiled: bool = True,
     ) -> None:
-        self.learning_rate, self.discount = (
-            _number("learning_rate", learning_rate),
-            _number("discount", discount),
-        )
-        self.initial_q = _number("initial_q", initial_q)
-        _require(0 < self.learning_rate <= 1, "learning_rate", learning_rate, "in (0, 1]")
-        _require(0 <= self.discount < 1, "discount", discount, "in [0, 1)")
-        _require(np.isfinite(self.initial_q), "initial_q", initial_q, "a finite number")
+        self.learning_rate = _number("learning_rate", learning_rate, lambda x: 0 < x <= 1, "in (0, 1]")
+        self.discount = _number("discount", discount, lambda x: 0 <= x < 1, "in [0, 1)")
+        self.initial_q = _number("initial_q", initial_q, np.isfinite, "a finite number")
         for name, value in (("end_is_terminal", end_is_terminal), ("compiled", compiled)):
             _require(isinstance(value, bool), name, value, "true or false")
         self.end_is_terminal, self.compiled = end_is_terminal, compiled
@@ -259,11 +254,13 @@ def _require(condition: Any, name: str, value: Any, allowed: str) -> None:
         raise ValueError(f"{name} = {value!r} is not possible: it must be {allowed}")
 
 
-def _number(name: str, value: Any) -> float:
+def _number(name: str, value: Any, possible: Callable[[float], Any], allowed: str) -> float:
     try:
-        return float(value)
+        number = float(value)
     except (TypeError, ValueError):
-        raise ValueError(f"{name} = {value!r} is not possible: it must be a number") from None
+        number = np.nan
+    _require(possible(number), name, value, allowed)
+    return number
 
 
 def _checked_table(values: Any) -> NDArray[np.float64]:

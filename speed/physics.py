@@ -86,7 +86,7 @@ def exact_against_stepped(effort: Effort) -> list[Measurement]:
 
 
 def _replayed(integrator: str, actions: Actions, n_segments: int = 10) -> Callable[[int], Any]:
-    """A function of the number of rounds, each of which takes all actions from rest."""
+    """A function of the number of rounds; each takes all actions from rest."""
     parameters = CrawlerParameters(integrator=integrator, n_segments=n_segments)
     memory, task = make_memory(n_segments), make_task(parameters)
     rng = np.random.default_rng(0)
@@ -94,7 +94,7 @@ def _replayed(integrator: str, actions: Actions, n_segments: int = 10) -> Callab
 
 
 def _crawling_batch(size: int) -> Callable[[int], None]:
-    """A function of the number of calls, in each of which every crawler decides by the diagonal policy."""
+    """A function of the number of calls; in each, every crawler decides by the diagonal policy."""
     batch = CrawlerBatch(CrawlerParameters(), size)
     batch.seed(range(size))
     batch.begin()

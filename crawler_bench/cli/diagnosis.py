@@ -4,26 +4,21 @@ import shutil
 import sys
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import partial
 from importlib import import_module
 from importlib.metadata import version
-from typing import Any
 
 LEAST_PYTHON = (3, 11)
 LEAST_ROOM = 2**30  # bytes
-PACKAGES = ("numpy", "scipy", "pandas", "numba", "gymnasium", "matplotlib", "seaborn", "pygame", "imageio")
-LEARNERS = ("torch", "stable_baselines3")
+PACKAGES = (
+    "numpy", "scipy", "pandas", "numba", "gymnasium", "matplotlib", "seaborn", "pygame", "imageio", "torch",
+    "stable_baselines3",
+)  # fmt: skip
 
 
 @dataclass(frozen=True)
 class Check:
-    """One thing that was looked at.
-
-    Attributes:
-        what: the thing.
-        found: what was found.
-        ok: whether that will do.
-        fix: what to do if not.
-    """
+    """One thing that was looked at: what was found, whether that will do, and how to fix it if not."""
 
     what: str
     found: str
@@ -33,34 +28,29 @@ class Check:
 
 def checks() -> Iterator[Check]:
     """Look at everything, one check after the other."""
-    found = sys.version.split()[0]
-    yield Check("python", found, sys.version_info >= LEAST_PYTHON, "install Python 3.11 or newer")
-    for name in (*PACKAGES, *LEARNERS):
-        yield _import(name)
-    yield _attempt("agents", _agents, "see the message")
-    yield _attempt("environment", _step, "reinstall with: pip install -c constraints.txt -e .")
-    yield _attempt("compiled code", _cache, "point CRAWLER_BENCH_CACHE at a folder that can be written")
-    yield _attempt("configurations", _configs, "reinstall crawler-bench: its configurations are missing")
-    yield _attempt("video encoder", _encoder, "pip install --force-reinstall imageio-ffmpeg")
+    python = sys.version.split()[0]
+    yield Check("python", python, sys.version_info >= LEAST_PYTHON, "install Python 3.11 or newer")
+    for name in PACKAGES:
+        yield _look(name, partial(_version, name), f"pip install -c constraints.txt {name.replace('_', '-')}")
+    yield _look("agents", _agents, "see the message")
+    yield _look("environment", _step, "reinstall with: pip install -c constraints.txt -e .")
+    yield _look("compiled code", _cache, "point CRAWLER_BENCH_CACHE at a folder that can be written")
+    yield _look("configurations", _configs, "reinstall crawler-bench: its configurations are missing")
+    yield _look("video encoder", _encoder, "pip install --force-reinstall imageio-ffmpeg")
     free = shutil.disk_usage(".").free
-    yield Check(
-        "free disk", f"{free / 2**30:.1f} GiB", free > LEAST_ROOM, "free some room: results need up to 1 GiB"
-    )
+    enough = "free some room: results need up to 1 GiB"
+    yield Check("free disk", f"{free / 2**30:.1f} GiB", free > LEAST_ROOM, enough)
 
 
-def _import(name: str) -> Check:
-    return _attempt(
-        name,
-        lambda: getattr(import_module(name), "__version__", "") or version(name),
-        f"pip install -c constraints.txt {name.replace('_', '-')}",
-    )
-
-
-def _attempt(what: str, look: Callable[[], Any], fix: str) -> Check:
+def _look(what: str, find: Callable[[], str], fix: str) -> Check:
     try:
-        return Check(what, str(look()))
+        return Check(what, find())
     except Exception as error:
         return Check(what, " ".join(f"{type(error).__name__}: {error}".split()), False, fix)
+
+
+def _version(name: str) -> str:
+    return str(getattr(import_module(name), "__version__", "") or version(name))
 
 
 def _agents() -> str:

@@ -64,7 +64,7 @@ def _laboratory(size: "Size", runs: Path, jobs: int, quiet: bool) -> "Laboratory
 
 
 def _search(laboratory: "Laboratory", size: "Size", scratch: Path, folder: Path) -> None:
-    from crawler_bench.readings.stages import search
+    from crawler_bench.readings.search.conduct import search
 
     require_ours(folder, "search", "finals.csv")
     finals = search(

@@ -33,7 +33,7 @@ END_NAMES = (None, "distance", "time")
 
 
 class Task(NamedTuple):
-    """What is asked of which crawler, as the kernels need it."""
+    """A crawler and its task, as the kernels take them."""
 
     penalty: float  # what r_2 of [M20, eq. 11] costs in each decision: epsilon, or 0
     penalty_rate: float  # what it costs in each decision interval: 0, or epsilon times the interval

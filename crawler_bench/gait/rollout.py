@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from crawler_bench.envs.randomness import State, live_state, random
 from crawler_bench.envs.transition import Packed, begin, decide, make_task, report
 from crawler_bench.gait.record import Array, Record
-from crawler_bench.physics.compiled import kernel
+from crawler_bench.physics.compiled import inner_kernel
 from crawler_bench.physics.parameters import CrawlerParameters
 from crawler_bench.physics.state import Memory, make_memory, parts
 
@@ -69,7 +69,7 @@ def _pages(steps: int, n: int) -> tuple[Array, NDArray[np.int64]]:
     return np.empty((steps + 1, 4, n + 1)), np.empty(steps, dtype=np.int64)
 
 
-@kernel
+@inner_kernel
 def _crawl(
     memory: Memory,
     observation: int,
@@ -101,7 +101,7 @@ def _crawl(
     return observation
 
 
-@kernel
+@inner_kernel
 def _sample(memory: Memory, task: Packed, page: Array) -> None:
     """Write displacement, velocity, force and power of every node."""
     report(memory, task)

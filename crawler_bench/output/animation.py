@@ -1,4 +1,4 @@
-"""A gait as a film: the crawler on top, and below it the strain of its segments as time goes on."""
+"""A gait as a film: the crawler above, the strain of its segments against time below."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -20,15 +20,15 @@ from crawler_bench.output.style import CONTRACTION, STRAIN_LABEL, TIME_LABEL, co
 
 Picture = NDArray[np.uint8]
 
-DURATION = 80.0  # tau_theta shown of a gait: two cycles or more
-PACE = 5.0  # tau_theta in a second
+DURATION = 80.0  # tau_theta of a gait that are shown: two cycles or more
+PACE = 5.0  # tau_theta per second
 DPI = 100
 HIDDEN = (230, 230, 230)  # colour of the future
 
 
 @dataclass(frozen=True)
 class Format:
-    """Pictures per second and the size of a picture's parts, pixels."""
+    """Frames per second, and the size of a frame's parts in pixels."""
 
     fps: float
     width: int
@@ -36,16 +36,16 @@ class Format:
     panel_height: int
 
 
-# Both sides of a film's pictures are multiples of 16, as its encoder wants them.
+# Both sides of a film's frames are multiples of 16, as its encoder demands.
 FILM = Format(fps=25, width=960, body_height=272, panel_height=304)
 GIF = Format(fps=12.5, width=640, body_height=180, panel_height=240)
 
 
 def animate(record: Record, path: Path, title: str) -> None:
-    """Write the first 80 tau_theta of a record as a film, 5 tau_theta a second.
+    """Write the first 80 tau_theta of a record as a film, 5 tau_theta per second.
 
     Args:
-        record: of a gait; time and place are counted from its start.
+        record: of a gait; time and place count from its start.
         path: a file whose name ends in .gif or .mp4; its folder is made if missing.
         title: above the pictures.
 
@@ -62,7 +62,7 @@ def animate(record: Record, path: Path, title: str) -> None:
 
 
 def _write_gif(pictures: Iterator[Picture], path: Path) -> None:
-    """Pictures in one palette, of which each keeps only what differs from the one before."""
+    """Write pictures in one palette, each holding only what differs from the one before."""
     palette = Image.new("P", (1, 1))
     colours = _palette()
     palette.putpalette([*colours.ravel().tolist()])
@@ -82,7 +82,7 @@ def _write_gif(pictures: Iterator[Picture], path: Path) -> None:
 
 
 def _palette() -> Picture:
-    """(n, 3) colours that occur: those of contraction, their outlines, earth and greys."""
+    """(n, 3) colours that occur: those of contraction, outlines, earth and greys."""
     ramps = [
         CONTRACTION(np.linspace(0, 1, 73))[:, :3] * 255,
         np.linspace(WHITE, (0, 0, 0), 21),
@@ -95,7 +95,7 @@ def _palette() -> Picture:
 
 
 def _write_film(pictures: Iterator[Picture], path: Path) -> None:
-    """H.264 in one thread and without dates, so that the same record gives the same bytes."""
+    """Write H.264 in one thread and without dates, so that equal records give equal bytes."""
     same_bytes = ["-threads", "1", "-fflags", "+bitexact", "-flags:v", "+bitexact", "-map_metadata", "-1"]
     film: Any = imageio.get_writer(
         path, format="FFMPEG", fps=FILM.fps, codec="libx264", quality=7, output_params=same_bytes
@@ -106,7 +106,7 @@ def _write_film(pictures: Iterator[Picture], path: Path) -> None:
 
 
 def _pictures(record: Record, title: str, form: Format) -> Iterator[Picture]:
-    """The pictures of a film, evenly spaced in time."""
+    """The frames of a film, evenly spaced in time."""
     time = record.time - record.time[0]
     end = min(DURATION, float(time[-1]))
     count = int(np.searchsorted(time, end * (1 + 1e-9), side="right"))
@@ -143,7 +143,7 @@ def _panel(
     axes.set_xlabel(TIME_LABEL)
     axes.spines[:].set_visible(False)
     scale = figure.add_axes((1 - 108 / width, bottom, 14 / width, top - bottom))
-    colour_bar(axes, image, STRAIN_LABEL, scale)
+    colour_bar(axes, image, STRAIN_LABEL, cax=scale)
     figure.text(
         0.5, 1 - heading / height / 2, title, ha="center", va="center", fontsize=12, fontweight="bold"
     )

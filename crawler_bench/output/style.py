@@ -1,6 +1,8 @@
-"""The look of all figures: colours, panels, colour bars, and how a figure becomes a file."""
+"""The look of all figures: colours, panels, colour bars, and how a figure is saved."""
 
+from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import matplotlib as mpl
 import numpy as np
@@ -11,14 +13,14 @@ from matplotlib.image import AxesImage
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 
 from crawler_bench.envs.palette import CONTRACTION_LIMIT, CONTRACTION_SCALE
-from crawler_bench.gait.record import Array
+from crawler_bench.statistics.estimates import Array, Estimate
 
 RED, BLUE, GREY = "#c0392b", "#2166ac", "#7f7f7f"
 GREEN, LIGHT_GREEN = "#00734d", "#a8dbc5"
 ORANGE, INK = "#d95f02", "#333333"
 EXPERIMENT_COLOURS = {"regularized": RED, "unregularized": BLUE, "untrained": GREY}
 
-# Contraction in red, as the animated crawler has it; muscle forces in pink.
+# Contraction in red, like the animated crawler; muscle forces in pink.
 CONTRACTION = LinearSegmentedColormap.from_list("contraction", np.array(CONTRACTION_SCALE) / 255)
 FORCE = LinearSegmentedColormap.from_list("force", ["#ffffff", "#fbc5dc", "#e7559c", "#a0056e", "#49006a"])
 NODES = LinearSegmentedColormap.from_list("nodes", mpl.colormaps["viridis"](np.linspace(0, 0.92, 64)))
@@ -31,11 +33,11 @@ SPEED_LABEL = f"speed ({SPEED_UNIT})"
 FORCE_LABEL = r"muscle force ($k\,L$)"
 
 PNG_DPI = 150
-_SALT = "crawler-bench"  # of the identifiers inside an SVG: the same figure gives the same bytes
+_SALT = "crawler-bench"  # of the identifiers inside an SVG: equal figures give equal bytes
 
 
 def new_figure(width: float, height: float, title: str = "") -> Figure:
-    """An empty figure of a size in inches; its parts find their own room."""
+    """An empty figure of a size in inches, with constrained layout."""
     figure = Figure(
         figsize=(width, height), dpi=PNG_DPI, layout=ConstrainedLayoutEngine(h_pad=0.1, w_pad=0.12)
     )
@@ -45,7 +47,7 @@ def new_figure(width: float, height: float, title: str = "") -> Figure:
 
 
 def save(figure: Figure, folder: Path, name: str) -> None:
-    """Write name.png (150 dpi) and name.svg; the same figure gives the same bytes.
+    """Write name.png (150 dpi) and name.svg; equal figures give equal bytes.
 
     Args:
         figure: made by `new_figure`.
@@ -60,7 +62,7 @@ def save(figure: Figure, folder: Path, name: str) -> None:
 
 
 def _settle(figure: Figure) -> None:
-    """Fix all panels where the layout has put them, but for the last digits, which differ from run to run."""
+    """Fix all panels where the layout put them, rounded: the last digits differ from run to run."""
     figure.draw_without_rendering()
     figure.set_layout_engine("none")
     for axes in figure.axes:
@@ -73,13 +75,13 @@ def heading(axes: Axes, title: str) -> None:
 
 
 def tidy(axes: Axes, title: str) -> None:
-    """Take away the frame's upper and right side, and head the panel."""
+    """Remove the frame's upper and right side, and head the panel."""
     axes.spines[["top", "right"]].set_visible(False)
     heading(axes, title)
 
 
 def show_missing(axes: Axes, text: str) -> None:
-    """Say in the middle of a panel why it is empty."""
+    """Write in the middle of a panel why it is empty."""
     axes.text(0.5, 0.5, text, transform=axes.transAxes, ha="center", va="center", color=INK, style="italic")
 
 
@@ -125,18 +127,53 @@ def force_kymograph(axes: Axes, time: Array, force: Array) -> AxesImage:
     return image
 
 
-def colour_bar(axes: Axes, image: AxesImage, label: str, place: Axes | None = None) -> None:
-    """A colour bar to the right of a panel or in a place of its own, pointed where values lie beyond it."""
-    values, norm = np.asarray(image.get_array()), image.norm
-    below, above = bool(values.min() < norm.vmin), bool(values.max() > norm.vmax)
+def colour_bar(
+    axes: Axes | Sequence[Axes], image: AxesImage, label: str, values: Array | None = None, **room: Any
+) -> None:
+    """A colour bar to the right of its panels, pointed where values lie beyond it.
+
+    Args:
+        axes: the panels that it explains.
+        image: in one of them.
+        label: of the bar.
+        values: in all of them; by default the image's.
+        room: another place or size, as `Figure.colorbar` takes it.
+    """
+    shown, norm = np.asarray(image.get_array() if values is None else values), image.norm
+    below, above = bool(shown.min() < norm.vmin), bool(shown.max() > norm.vmax)
     extend = {(0, 0): "neither", (1, 0): "min", (0, 1): "max", (1, 1): "both"}[below, above]
-    room = {"cax": place} if place else {"ax": axes, "pad": 0.015, "aspect": 12}
-    figure = axes.get_figure(root=True)
+    figure = image.get_figure(root=True)
     assert figure is not None
-    bar = figure.colorbar(image, label=label, extend=extend, **room)
+    place = {"ax": axes, "pad": 0.015, "aspect": 12} | room
+    bar = figure.colorbar(image, label=label, extend=extend, **place)
     bar.outline.set_visible(False)
 
 
+def band(axes: Axes, x: Array, values: Sequence[Estimate], *, alpha: float = 0.18, **look: Any) -> None:
+    """Draw a line of estimates with the band of their intervals."""
+    low, high = ([getattr(each, end) for each in values] for end in ("low", "high"))
+    axes.fill_between(x, low, high, color=look["color"], alpha=alpha, lw=0)
+    axes.plot(x, [each.value for each in values], **look)
+
+
+def mark_middle(axes: Axes, middle: Estimate, row: float, **look: Any) -> None:
+    """The middle of runs as a bar in a row, with its interval."""
+    if middle.n:
+        ends = ([middle.value - middle.low], [middle.high - middle.value])
+        usual: dict[str, Any] = {"color": INK, "marker": "|", "capsize": 3, "lw": 1.2, "zorder": 3}
+        axes.errorbar(middle.value, row, xerr=ends, **usual | look)
+
+
+def grouped(number: float) -> str:
+    """A whole number with thin spaces between its thousands."""
+    return f"{number:,.0f}".replace(",", "\u2009")
+
+
+def square(axes: Axes, n: int) -> None:
+    """Limits and ticks of an N x N matrix, row 0 on top."""
+    axes.set(xticks=part_ticks(n), yticks=part_ticks(n), xlim=(-0.5, n - 0.5), ylim=(n - 0.5, -0.5))
+
+
 def part_ticks(parts: int, first: int = 0) -> list[int]:
-    """Numbers of the parts of a body to write at an axis: all of them, or about ten of many."""
+    """Numbers of the parts of a body to write at an axis: all, or about ten of many."""
     return list(range(first, first + parts, max(1, -(-parts // 11))))

@@ -1,6 +1,5 @@
-"""The drawing that explains the model: what a segment is made of, and what holds it on the ground."""
+"""Fig. 1A, the model: the parts of a segment, and the friction of the ground."""
 
-from collections.abc import Sequence
 from itertools import pairwise
 
 import numpy as np
@@ -14,13 +13,14 @@ MUSCLE, NEURON, GROUND = "#e7559c", "#f0b429", "#c9b99a"
 SPRING_HEIGHT, DAMPER_HEIGHT, MUSCLE_HEIGHT, NEURON_HEIGHT = 0.28, -0.28, 0.95, 2.0
 _NODE_NAMES = ("N", "N \N{MINUS SIGN} 1", "2", "1", "0")  # from the tail, on the left, to the head
 _NODES = (0.0, 2.6, 5.4, 8.0, 10.6)  # where they are drawn; between N - 1 and 2 the body goes on
-_PARTS = (
-    (SPRING_HEIGHT, "spring $k$"),
-    (DAMPER_HEIGHT, "damper $c$"),
-    (MUSCLE_HEIGHT, "muscle"),
-    (NEURON_HEIGHT, "neuron"),
-)
-_GAP = 1  # index of the segment that stands for the ones left out
+_PARTS = {
+    "spring $k$": SPRING_HEIGHT,
+    "damper $c$": DAMPER_HEIGHT,
+    "muscle": MUSCLE_HEIGHT,
+    "neuron": NEURON_HEIGHT,
+}
+Point = tuple[float, float]
+_GAP = 1  # index of the segment in whose place an ellipsis is drawn
 
 
 def fig_1a() -> Figure:
@@ -43,10 +43,10 @@ def fig_1a() -> Figure:
         axes.text(x, -1.18, f"node {name}", ha="center", va="center", fontsize=9, color=INK)
     _draw_head_muscle(axes)
     _draw_coupling(axes)
-    for height, word in _PARTS:
+    for word, height in _PARTS.items():
         axes.text(_NODES[0] - 0.25, height, word, ha="right", va="center", fontsize=9, color=INK)
-    axes.text(_NODES[0], -1.55, "tail", fontsize=12, fontweight="bold", ha="center", va="center", color=INK)
-    axes.text(_NODES[-1], -1.55, "head", fontsize=12, fontweight="bold", ha="center", va="center", color=INK)
+    for x, word in ((_NODES[0], "tail"), (_NODES[-1], "head")):
+        axes.text(x, -1.55, word, fontsize=12, fontweight="bold", ha="center", va="center", color=INK)
     return figure
 
 
@@ -86,21 +86,15 @@ def _draw_head_muscle(axes: Axes) -> None:
     head = _NODES[-1]
     _draw_neuron(axes, head, "0", MUSCLE_HEIGHT + 0.3)
     _arrow(axes, (head + 0.1, MUSCLE_HEIGHT), (head + 1.25, MUSCLE_HEIGHT), MUSCLE, 5)
-    axes.text(
-        head + 1.4, MUSCLE_HEIGHT, "muscle 0 pushes\nthe head forward", va="center", fontsize=9, color=INK
-    )
+    said = "muscle 0 pushes\nthe head forward"
+    axes.text(head + 1.4, MUSCLE_HEIGHT, said, va="center", fontsize=9, color=INK)
 
 
 def _draw_coupling(axes: Axes) -> None:
     """Neuron N is ON with neuron 0."""
     tail, head, top = (_NODES[0] + _NODES[1]) / 2, _NODES[-1], 2.85
-    axes.plot(
-        [head, head, tail, tail],
-        [NEURON_HEIGHT + 0.36, top, top, NEURON_HEIGHT + 0.36],
-        color=GREY,
-        lw=1.5,
-        ls="--",
-    )
+    foot = NEURON_HEIGHT + 0.36
+    axes.plot([head, head, tail, tail], [foot, top, top, foot], color=GREY, lw=1.5, ls="--")
     axes.text(
         (tail + head) / 2, top + 0.15, "when neuron 0 (head) is ON, so is neuron N (tail); else just one is",
         ha="center", va="bottom", fontsize=9, color=INK,
@@ -108,7 +102,7 @@ def _draw_coupling(axes: Axes) -> None:
 
 
 def _draw_ground(axes: Axes) -> None:
-    """Ground with teeth that let a node slide forward and hold it back, and what that means."""
+    """Ground with teeth that let a node slide forward and hold it back, and a legend."""
     left, right, top = -1.6, 12.2, -0.75
     teeth = np.arange(left, right, 0.2)
     axes.fill_between(
@@ -125,16 +119,7 @@ def _draw_ground(axes: Axes) -> None:
     )  # fmt: skip
 
 
-def _arrow(axes: Axes, start: Sequence[float], end: Sequence[float], colour: str, width: float) -> None:
+def _arrow(axes: Axes, start: Point, end: Point, colour: str, width: float) -> None:
     head = f"-|>,head_length={4 + width},head_width={2 + 0.7 * width}"
-    axes.add_patch(
-        FancyArrowPatch(
-            (start[0], start[1]),
-            (end[0], end[1]),
-            arrowstyle=head,
-            color=colour,
-            lw=width,
-            shrinkA=0,
-            shrinkB=0,
-        )
-    )
+    patch = FancyArrowPatch(start, end, arrowstyle=head, color=colour, lw=width, shrinkA=0, shrinkB=0)
+    axes.add_patch(patch)

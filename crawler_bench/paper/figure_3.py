@@ -1,4 +1,4 @@
-"""Figures that compare the gaits: power, duration of a cycle, and speed against noise."""
+"""Fig. 3, the gaits compared: power, duration of a cycle, and speed against noise."""
 
 from collections.abc import Mapping
 
@@ -10,46 +10,37 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import BoundaryNorm
 from matplotlib.figure import Figure
 
-from crawler_bench.output.style import (
-    EXPERIMENT_COLOURS,
-    INK,
-    NODES,
-    SPEED_LABEL,
-    SPEED_SCALE,
-    new_figure,
-    part_ticks,
-    show_missing,
-    tidy,
-)
+from crawler_bench.output import style
 from crawler_bench.statistics import estimates
 from crawler_bench.statistics.estimates import Array
 
 
 def power_by_phase(phased: Mapping[str, Array]) -> Figure:
-    """Fig. 3A: the power that each node exerts in the course of a cycle.
+    """Fig. 3A: the power of each node against the phase of the cycle.
 
     Args:
         phased: (cycles, phases, N + 1) power of each gait, k L^2 / tau_theta; NaN where there is no sample,
             no cycles where none was found.
     """
-    figure = new_figure(9, 3.1 * len(phased) + 0.6, "Fig. 3A. Power of each node in the course of a cycle")
+    title = "Fig. 3A. Power of each node in the course of a cycle"
+    figure = style.new_figure(9, 3.1 * len(phased) + 0.6, title)
     panels = figure.subplots(len(phased), 1, squeeze=False, sharex=True, sharey=True)[:, 0]
     nodes = max(cycles.shape[2] for cycles in phased.values())
-    colours = NODES(np.linspace(0, 1, nodes))
+    colours = style.NODES(np.linspace(0, 1, nodes))
     for axes, (name, cycles) in zip(panels, phased.items(), strict=True):
         found = f"each cycle (thin, {len(cycles)} in all) and their mean" if len(cycles) else "no cycle found"
-        tidy(axes, f"{name.capitalize()}: {found}")
+        style.tidy(axes, f"{name.capitalize()}: {found}")
         axes.set_ylabel("power of a node\n" + r"($k\,L^2/\tau_\theta$)")
         if len(cycles) == 0:
-            show_missing(axes, "no cycle found")
+            style.show_missing(axes, "no cycle found")
             continue
         _draw_power(axes, cycles, colours)
     panels[0].set(xlim=(0, 1))
     panels[0].set_ylim(bottom=0)
     panels[-1].set_xlabel("phase of the cycle (0: a new wave begins)")
-    scale = ScalarMappable(BoundaryNorm(np.arange(nodes + 1) - 0.5, NODES.N), NODES)
+    scale = ScalarMappable(BoundaryNorm(np.arange(nodes + 1) - 0.5, style.NODES.N), style.NODES)
     bar = figure.colorbar(
-        scale, ax=list(panels), label="node (0 = head)", ticks=part_ticks(nodes), pad=0.02, aspect=30
+        scale, ax=list(panels), label="node (0 = head)", ticks=style.part_ticks(nodes), pad=0.02, aspect=30
     )
     bar.ax.invert_yaxis()
     bar.ax.minorticks_off()
@@ -65,27 +56,24 @@ def _draw_power(axes: Axes, cycles: Array, colours: Array) -> None:
 
 
 def cycle_durations(cycles: pd.DataFrame) -> Figure:
-    """Fig. 3B: how long a cycle takes.
+    """Fig. 3B: the duration of a cycle.
 
     Args:
         cycles: one row per cycle: experiment, seed, start, duration (tau_theta).
     """
-    figure = new_figure(8, 4.6, "Fig. 3B. Duration of a cycle: one wave of contraction through the body")
+    title = "Fig. 3B. Duration of a cycle: one wave of contraction through the body"
+    figure = style.new_figure(8, 4.6, title)
     histogram, runs = figure.subplots(2, 1, sharex=True, height_ratios=(2.6, 1))
-    tidy(histogram, "All cycles")
-    tidy(runs, "Mean of each training run (dots); over runs, with its 95 % interval (bar)")
+    style.tidy(histogram, "All cycles")
+    style.tidy(runs, "Mean of each training run (dots); over runs, with its 95 % interval (bar)")
     histogram.set_ylabel("share of cycles (%)")
     runs.set_xlabel(r"duration ($\tau_\theta$)")
     if cycles.empty:
-        show_missing(histogram, "no cycle found")
+        style.show_missing(histogram, "no cycle found")
         runs.set_ylabel("gait")
         return figure
-    names = [name for name in EXPERIMENT_COLOURS if name in set(cycles["experiment"])]
-    look = {
-        "hue": "experiment",
-        "hue_order": names,
-        "palette": {name: EXPERIMENT_COLOURS[name] for name in names},
-    }
+    names = [name for name in style.EXPERIMENT_COLOURS if name in set(cycles["experiment"])]
+    look = {"hue": "experiment", "hue_order": names, "palette": style.EXPERIMENT_COLOURS}
     sns.histplot(
         cycles, x="duration", stat="percent", common_norm=False, bins=_bins(cycles["duration"].to_numpy()),
         element="step", alpha=0.4, ax=histogram, **look,
@@ -96,15 +84,14 @@ def cycle_durations(cycles: pd.DataFrame) -> Figure:
 
 
 def _draw_run_means(axes: Axes, cycles: pd.DataFrame, names: list[str]) -> None:
-    """One dot per run, and their mean with its interval as a cross."""
+    """Draw one dot per run, and their mean with its interval."""
     means = cycles.groupby(["experiment", "seed"])["duration"].mean()
     for row, name in enumerate(names):
-        of_runs, colour = np.sort(means[name].to_numpy()), EXPERIMENT_COLOURS[name]
-        shift = 0.2 * (np.arange(of_runs.size) % 3 - 1)  # so that equal runs are told apart
+        of_runs, colour = np.sort(means[name].to_numpy()), style.EXPERIMENT_COLOURS[name]
+        shift = 0.2 * (np.arange(of_runs.size) % 3 - 1)  # to separate equal runs
         axes.plot(of_runs, row + shift, ls="", marker="o", ms=5, color=colour, alpha=0.5, mew=0)
         mean = estimates.estimate(of_runs, statistic=np.mean)
-        bar = ([mean.value - mean.low], [mean.high - mean.value])
-        axes.errorbar(mean.value, row, xerr=bar, color=INK, marker="|", ms=14, capsize=3, lw=1.2, zorder=3)
+        style.mark_middle(axes, mean, row, ms=14)
     axes.set(yticks=range(len(names)), yticklabels=names, ylim=(len(names) - 0.5, -0.5))
 
 
@@ -117,43 +104,42 @@ def _bins(durations: Array) -> Array:
 
 
 def speed_against_noise(evaluations: pd.DataFrame, crossover: tuple[float, float, float]) -> Figure:
-    """Fig. 3C: speed against the error with which the segments are felt.
+    """Fig. 3C: speed against proprioceptive noise.
 
     Args:
-        evaluations: one row per start of each run at each noise: experiment, seed, noise, start, speed
+        evaluations: one row per run, noise and start: experiment, seed, noise, start, speed
             (L / tau_theta), stalled.
         crossover: noise from which on the regularized gait is the faster one, and its interval; NaN if there
             is none.
     """
-    figure = new_figure(8, 4.8, "Fig. 3C. Speed against proprioceptive noise")
+    figure = style.new_figure(8, 4.8, "Fig. 3C. Speed against proprioceptive noise")
     axes = figure.add_subplot()
     runs = evaluations.groupby(["experiment", "seed", "noise"], as_index=False)["speed"].mean()
-    for name in (name for name in EXPERIMENT_COLOURS if name in set(runs["experiment"])):
+    for name in (name for name in style.EXPERIMENT_COLOURS if name in set(runs["experiment"])):
         table = runs[runs["experiment"] == name].pivot(index="noise", columns="seed", values="speed")
-        _draw_speed(axes, name, table * SPEED_SCALE)
+        _draw_speed(axes, name, table * style.SPEED_SCALE)
     value, low, high = crossover
     if np.isfinite(value):
         label = f"the regularized gait is faster from {value:.3f} on"
-        axes.axvline(value, color=INK, lw=1, ls=":", label=label)
+        axes.axvline(value, color=style.INK, lw=1, ls=":", label=label)
         if np.isfinite([low, high]).all():
-            axes.axvspan(low, high, color=INK, alpha=0.1, lw=0, label="95 % interval of this crossover")
+            axes.axvspan(low, high, color=style.INK, alpha=0.1, lw=0, label="95 % interval of this crossover")
     axes.set_xlabel("largest error $s$ of a sensed strain (noise)")
-    axes.set_ylabel(SPEED_LABEL)
+    axes.set_ylabel(style.SPEED_LABEL)
     axes.margins(x=0.01)
-    tidy(axes, "Mean over training runs with its 95 % interval; faint: each run")
+    style.tidy(axes, "Mean over training runs with its 95 % interval; faint: each run")
     axes.set_ylim(bottom=min(0.0, axes.get_ylim()[0]))
     figure.legend(loc="outside lower center", ncols=2, fontsize=9, frameon=False)
     return figure
 
 
 def _draw_speed(axes: Axes, name: str, table: pd.DataFrame) -> None:
-    """Speeds (noise, run) of one experiment."""
-    colour, style = EXPERIMENT_COLOURS[name], "--" if name == "untrained" else "-"
+    """Draw the speeds (noise, run) of one experiment."""
+    colour, dashes = style.EXPERIMENT_COLOURS[name], "--" if name == "untrained" else "-"
     noise = table.index.to_numpy()
     if table.shape[1] > 1:
-        axes.plot(noise, table.to_numpy(), color=colour, lw=0.5, alpha=0.25, ls=style)
+        axes.plot(noise, table.to_numpy(), color=colour, lw=0.5, alpha=0.25, ls=dashes)
     means = [estimates.estimate(row, statistic=np.mean) for row in table.to_numpy()]
-    axes.fill_between(noise, [m.low for m in means], [m.high for m in means], color=colour, alpha=0.2, lw=0)
     count = f"{table.shape[1]} run{'s' if table.shape[1] > 1 else ''}"
     label = f"random action ({count})" if name == "untrained" else f"{name} ({count})"
-    axes.plot(noise, [m.value for m in means], color=colour, lw=2, ls=style, label=label)
+    style.band(axes, noise, means, alpha=0.2, color=colour, lw=2, ls=dashes, label=label)

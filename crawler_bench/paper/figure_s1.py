@@ -1,32 +1,22 @@
-"""Fig. S1: crawling before anything was learned."""
+"""Fig. S1: the crawler before learning."""
 
 import numpy as np
 from matplotlib.figure import Figure
 
 from crawler_bench.gait.record import Array, Record
+from crawler_bench.output.kymographs import draw_strains_and_forces
 from crawler_bench.output.style import (
-    FORCE_LABEL,
     GREY,
     INK,
-    STRAIN_LABEL,
-    TIME_LABEL,
-    colour_bar,
-    force_kymograph,
-    heading,
     new_figure,
-    strain_kymograph,
     tidy,
 )
 
-SMOOTHING = 2.0  # tau_theta over which the speed of an uncoordinated crawler is averaged
+SMOOTHING = 2.0  # tau_theta over which the speed is averaged
 
 
 def untrained(record: Record) -> Figure:
-    """Fig. S1: speed, strains and muscle forces of a crawler whose neurons are ON at random.
-
-    Args:
-        record: of the random policy; the whole of it is shown.
-    """
+    """Speed, strains and muscle forces of a crawler whose neurons are ON at random; the whole record."""
     time = record.time - record.time[0]
     figure = new_figure(9, 7.5, "Fig. S1. Before learning: each neuron is equally likely to be ON")
     speeds, strains, forces = figure.subplots(3, 1, sharex=True, height_ratios=(0.8, 1, 1))
@@ -34,16 +24,12 @@ def untrained(record: Record) -> Figure:
     speeds.axhline(0, color=INK, lw=0.6)
     speeds.set_ylabel("speed of the centroid\n" + r"($L/\tau_\theta$)")
     tidy(speeds, rf"Speed of the centroid, mean over {SMOOTHING:g} $\tau_\theta$")
-    heading(strains, "Strain of each segment: red contracted, blue stretched")
-    colour_bar(strains, strain_kymograph(strains, time, record.strain), STRAIN_LABEL)
-    heading(forces, "Force of each muscle")
-    colour_bar(forces, force_kymograph(forces, time, record.force), FORCE_LABEL)
-    forces.set_xlabel(TIME_LABEL)
+    draw_strains_and_forces(strains, forces, record)
     return figure
 
 
 def _smooth_speed(record: Record) -> Array:
-    """(T,) speed of the centroid over each decision, averaged over the decisions around it."""
+    """(T,) speed of the centroid, averaged over the decisions around each."""
     speed = np.diff(record.centroid) / np.diff(record.time)
     interval = (record.time[-1] - record.time[0]) / max(speed.size, 1)
     width = min(max(round(SMOOTHING / interval), 1), speed.size)

@@ -1,7 +1,6 @@
-"""The paper, reproduced: its experiments, claims, figures and videos."""
+"""The paper reproduced: experiments, claims, figures and films, written to results/paper/."""
 
 import json
-import shutil
 import time
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
@@ -32,15 +31,14 @@ from crawler_bench.runs.training import agent_file
 
 GAITS = ("regularized", "unregularized")
 EXPERIMENTS = (*GAITS, "untrained", "alpha_gamma")
-KEY = ["experiment", "seed"]
 
 
 @dataclass(frozen=True)
 class Reproduction:
-    """Everything that was measured for the paper.
+    """Everything that was measured.
 
     Attributes:
-        outcomes: one per run.
+        outcomes: one per run, failed ones too.
         runs: one row per run.
         evaluations: one row per run, noise and start.
         cycles: one row per cycle.
@@ -57,12 +55,12 @@ class Reproduction:
         return [outcome for outcome in self.outcomes if outcome.error]
 
     def claims(self, claims: tuple[Claim, ...] = CLAIMS, options: str = "") -> pd.DataFrame:
-        """The claims held against the runs."""
+        """The claims, judged by the runs; see `judge_claims`."""
         return judge_claims(Results(self.runs, self.evaluations), claims, options)
 
 
 def reproduce(experiments: Iterable[Experiment], runs_root: Path, *, jobs: int, quiet: bool) -> Reproduction:
-    """Run the experiments that are not finished yet, and collect all.
+    """Train and evaluate every run of the experiments; finished runs are looked up.
 
     Raises:
         RuntimeError: if no run at all succeeded.
@@ -75,63 +73,53 @@ def reproduce(experiments: Iterable[Experiment], runs_root: Path, *, jobs: int, 
 def write_results(
     found: Reproduction, folder: Path, *, options: str, say: Callable[[str], None]
 ) -> pd.DataFrame:
-    """Write results/paper/: claims, runs, figures, animations, trained tables, manifest; all or nothing.
+    """Write claims, runs, figures, films, trained tables and a manifest; all or nothing.
 
     Args:
         found: what was measured.
-        folder: where to.
-        options: what to put behind the commands in the claims table, to name the same preset.
-        say: told what is being made.
+        folder: where to write; replaced.
+        options: appended to the commands in the table of claims, to name the same preset.
+        say: called with each step in words.
 
     Returns:
         The claims.
     """
-    with store.replace(folder) as draft:
-        return _write_all(found, draft, options=options, say=say)
-
-
-def _write_all(
-    found: Reproduction, folder: Path, *, options: str, say: Callable[[str], None]
-) -> pd.DataFrame:
     started = time.time()
     claims = found.claims(options=options)
-    write_csv(claims, folder / "claims.csv")
-    (folder / "claims.md").write_text(f"{verdict_counts(claims)}\n\n{claims_table(claims)}\n")
     order = ["experiment", "regularization", "seed"]
-    write_csv(found.runs.sort_values(order, kind="stable"), folder / "runs.csv")
-    write_csv(found.evaluations, folder / "evaluations.csv")
-    write_csv(found.cycles, folder / "cycles.csv")
-    _write_policies(found, folder / "policies")
-    say("drawing the figures")
-    for name, figure in _figures(found).items():
-        style.save(figure, folder, name)
-    for gait in GAITS:
-        say(f"filming the {gait} gait")
-        record = representative(found, gait)[1].gait
-        for suffix in (".gif", ".mp4"):
-            animation.animate(record, folder / f"{gait}{suffix}", f"{gait.capitalize()} gait")
-    store.write_command(folder)
-    store.write_manifest(
-        folder, started, runs=[outcome.folder.name for outcome in found.outcomes if outcome.folder]
-    )
+    frames = {
+        "claims": claims, "runs": found.runs.sort_values(order, kind="stable"),
+        "evaluations": found.evaluations, "cycles": found.cycles,
+    }  # fmt: skip
+    with store.replace(folder) as draft:
+        for name, frame in frames.items():
+            write_csv(frame, draft / f"{name}.csv")
+        (draft / "claims.md").write_text(f"{verdict_counts(claims)}\n\n{claims_table(claims)}\n")
+        _write_policies(found, draft / "policies")
+        say("drawing the figures")
+        for name, figure in _figures(found).items():
+            style.save(figure, draft, name)
+        for gait in GAITS:
+            say(f"filming the {gait} gait")
+            record = representative(found, gait)[1].gait
+            for suffix in (".gif", ".mp4"):
+                animation.animate(record, draft / f"{gait}{suffix}", f"{gait.capitalize()} gait")
+        store.write_command(draft)
+        names = [outcome.folder.name for outcome in found.outcomes if outcome.folder]
+        store.write_manifest(draft, started, runs=names)
     return claims
 
 
 def _write_policies(found: Reproduction, folder: Path) -> None:
-    """Copy the trained tables, without the generators that only a resumed training needs."""
-    if folder.exists():
-        shutil.rmtree(folder)
+    """Copy the trained tables, without what only a resumed training needs."""
     folder.mkdir()
     for outcome in found.outcomes:
         if outcome.folder is not None and outcome.cell.experiment in GAITS:
             content = json.loads(agent_file(outcome.folder).read_text())
+            for key in ("generators", "environment", "observation"):
+                content.pop(key, None)
             name = f"{outcome.cell.experiment}-seed{outcome.cell.seed:02d}.json"
-            kept = {
-                key: content[key]
-                for key in content
-                if key not in ("generators", "environment", "observation")
-            }
-            (folder / name).write_text(json.dumps(kept, indent=1) + "\n")
+            (folder / name).write_text(json.dumps(content, indent=1) + "\n")
 
 
 def representative(found: Reproduction, experiment: str) -> tuple[Outcome, Evaluation]:
@@ -171,7 +159,7 @@ def _figures(found: Reproduction) -> dict[str, Figure]:
 
 
 def _untrained_record(found: Reproduction) -> Record:
-    """The untrained crawler from its undeformed state: all actions equally likely."""
+    """The untrained crawler from the undeformed body: all actions equally likely."""
     cell = next(outcome.cell for outcome in found.outcomes if outcome.cell.experiment == "untrained")
     n = cell.config.parameters.n_segments
     table = np.full((n, n), 1 / n)
@@ -191,6 +179,6 @@ def _distances(found: Reproduction) -> pd.DataFrame:
         if outcome.folder is not None and outcome.cell.experiment in GAITS:
             decisions, q = _snapshots(outcome)
             distance = [metrics.diagonal_distance(table.argmax(axis=1)) for table in q]
-            key = dict(zip(KEY, (outcome.cell.experiment, outcome.cell.seed), strict=True))
-            frames.append(pd.DataFrame({**key, "decisions": decisions, "diagonal_distance": distance}))
+            key = {"experiment": outcome.cell.experiment, "seed": outcome.cell.seed}
+            frames.append(pd.DataFrame(key | {"decisions": decisions, "diagonal_distance": distance}))
     return pd.concat(frames, ignore_index=True)

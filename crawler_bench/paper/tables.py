@@ -1,4 +1,4 @@
-"""The reproduction as Markdown tables: claims and their verdicts, runs, and every constant."""
+"""The reproduction as Markdown: claims and their verdicts, runs, and every constant."""
 
 from dataclasses import fields
 
@@ -15,27 +15,21 @@ SIGNS = {Verdict.REPRODUCED.value: "✔", Verdict.PARTLY.value: "◐", Verdict.N
 
 def claims_table(claims: pd.DataFrame) -> str:
     """The claims as a Markdown table: claim, source, paper, ours with its format_interval, n, verdict."""
-    rows = pd.DataFrame({
-        "claim": claims["claim"],
-        "source": claims["source"],
-        "paper": claims["paper"].map(format_number),
-        "ours": claims["ours"].map(format_number),
-        "95 % interval": list(map(format_interval, claims["low"], claims["high"])),
-        "n": claims["n"],
-        "verdict": [f"{SIGNS.get(verdict, '')} {verdict}".strip() for verdict in claims["verdict"]],
-    })  # fmt: skip
-    return markdown(rows)
+    numbers = claims[["claim", "source", "paper", "ours", "n"]].map(format_number)
+    numbers.insert(4, "95 % interval", list(map(format_interval, claims["low"], claims["high"])))
+    signed = [f"{SIGNS.get(verdict, '')} {verdict}".strip() for verdict in claims["verdict"]]
+    return markdown(numbers.assign(verdict=signed))
 
 
 def verdict_counts(claims: pd.DataFrame) -> str:
-    """One sentence: how many claims fare how."""
+    """One sentence: the number of claims with each verdict."""
     counts = claims["verdict"].value_counts()
     parts = [f"{counts[verdict.value]} {verdict.value}" for verdict in Verdict if verdict.value in counts]
     return f"{len(claims)} claim{'s' if len(claims) > 1 else ''}: {', '.join(parts)}."
 
 
 def not_reproduced(claims: pd.DataFrame) -> str:
-    """A list of what does not hold, or only partly."""
+    """A list of the claims that are not reproduced, or only partly."""
     failing = claims[claims["verdict"].isin([Verdict.NOT.value, Verdict.PARTLY.value])]
     lines = [
         f"* {SIGNS[row['verdict']]} **{row['verdict']}**: {row['claim']}: "
@@ -52,17 +46,13 @@ def parameters_table() -> str:
     for model in (EnvironmentConfig, EvaluationConfig):
         rows += [(model.__name__, name, field.default) for name, field in model.model_fields.items()]
     paper = load_experiment(config_folder() / "paper" / "regularized.yaml")
-    rows += [("configs/paper", name, value) for name, value in paper.run.settings.items()]
-    rows += [
-        ("configs/paper", "decisions", paper.run.decisions),
-        ("configs/paper", "seeds", len(paper.seeds)),
-    ]
-    frame = pd.DataFrame(rows, columns=["where", "name", "default"])
-    return markdown(frame)
+    schedule = paper.run.settings | {"decisions": paper.run.decisions, "seeds": len(paper.seeds)}
+    rows += [("configs/paper", name, value) for name, value in schedule.items()]
+    return markdown(pd.DataFrame(rows, columns=["where", "name", "default"]))
 
 
 def runs_table(runs: pd.DataFrame) -> str:
-    """The trained runs: policy and speed of each."""
+    """Policy and speed of each trained run."""
     trained = runs[runs["experiment"].isin(["regularized", "unregularized"])]
     columns = ["experiment", "seed", "policy", "speed", "speed_moving", "stall_share", "cycle_duration"]
     shown = trained[columns].map(format_number).assign(policy=trained["policy"])

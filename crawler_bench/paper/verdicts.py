@@ -1,12 +1,12 @@
 """What a claim is and how it is judged: one fixed rule for each kind.
 
-A number within 10 % of the paper's is reproduced, within 25 % partly; an ordering is reproduced when the 95 %
-interval of the paired difference excludes 0, partly when it has the right sign; a share of runs is reproduced
-from 80 %, partly from 50 %.
+A number is reproduced within 10 % of the paper's, partly within 25 %; an ordering is reproduced if the 95 %
+interval of the paired difference excludes 0, partly if the difference has the right sign; a share of runs is
+reproduced from 80 %, partly from 50 %.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass
 from enum import Enum
 
 import numpy as np
@@ -16,7 +16,7 @@ from crawler_bench.statistics.estimates import Estimate
 
 
 class Kind(Enum):
-    """What kind of claim it is, which decides how it is judged."""
+    """What decides how a claim is judged."""
 
     NUMBER = "number"
     ORDERING = "ordering"
@@ -36,7 +36,7 @@ class Verdict(Enum):
 
 @dataclass(frozen=True)
 class Results:
-    """What the claims are judged by: see `crawler_bench.runs.results.read_outcomes`."""
+    """Runs and evaluations, as `crawler_bench.runs.results.read_outcomes` returns them."""
 
     runs: pd.DataFrame
     evaluations: pd.DataFrame
@@ -52,7 +52,7 @@ class Results:
         return a, b
 
     def noisy_speed(self, experiment: str) -> pd.DataFrame:
-        """Speed against noise: one row per seed, one column per amplitude, each a mean over all starts."""
+        """Speed against noise, the mean over all starts: one row per seed, one column per amplitude."""
         chosen = self.evaluations[self.evaluations["experiment"] == experiment]
         return chosen.pivot_table(index="seed", columns="noise", values="speed", aggfunc="mean")
 
@@ -62,12 +62,12 @@ class Claim:
     """One claim of the paper.
 
     Attributes:
-        name: a short name, for the command line.
-        text: the claim, and in what terms we hold it against our runs.
+        name: for the command line.
+        text: the claim, and in brackets what we measure.
         source: where the paper makes it.
-        kind: how it is judged.
+        kind: decides the rule.
         paper: the paper's value; for an ordering or a share, what it says.
-        measure: our estimate; for an ordering a difference that is positive when the paper is right.
+        measure: our estimate; for an ordering a difference that is positive if the paper is right.
         experiments: names of the experiments that it needs.
     """
 
@@ -99,7 +99,7 @@ def judge(claim: Claim, ours: Estimate) -> Verdict:
 
 
 def judge_claims(results: Results, claims: tuple[Claim, ...], options: str = "") -> pd.DataFrame:
-    """Hold claims against results.
+    """Judge claims by results.
 
     Returns:
         One row per claim: claim, source, paper, ours, low, high, n, verdict, command.
@@ -107,15 +107,7 @@ def judge_claims(results: Results, claims: tuple[Claim, ...], options: str = "")
     rows = []
     for claim in claims:
         ours = claim.measure(results)
-        rows.append({
-            "claim": claim.text,
-            "source": claim.source,
-            "paper": claim.paper,
-            "ours": ours.value,
-            "low": ours.low,
-            "high": ours.high,
-            "n": ours.n,
-            "verdict": judge(claim, ours).value,
-            "command": f"crawler-bench reproduce --claim {claim.name}{options}",
-        })  # fmt: skip
-    return pd.DataFrame(rows)
+        verdict, command = judge(claim, ours).value, f"crawler-bench reproduce --claim {claim.name}{options}"
+        rows.append((claim.text, claim.source, claim.paper, *astuple(ours), verdict, command))
+    columns = ["claim", "source", "paper", "ours", "low", "high", "n", "verdict", "command"]
+    return pd.DataFrame(rows, columns=columns)

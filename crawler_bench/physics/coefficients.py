@@ -111,7 +111,8 @@ def may_balance(p: CrawlerParameters) -> bool:
 
 def as_record(values: Any) -> Any:
     """A named tuple, with those inside it, as a NumPy record of the same names: one pointer for kernels."""
-    return np.array(tuple(values), dtype=dtype_of(type(values)))[()]
+    kind: Any = type(values)
+    return np.array(tuple(values), dtype=dtype_of(kind))[()]
 
 
 def as_floats(values: Any) -> Array:

@@ -120,7 +120,7 @@ def _series(x: float) -> float:
 
 @inner_kernel
 def _second_difference(x: float, y: float, z: float) -> float:
-    """Divided difference of exp at three points, any of which may be equal."""
+    """Divided difference of exp at three points, equal or not."""
     low, high = min(x, y, z), max(x, y, z)
     middle = x + y + z - low - high
     if high - low > CLOSE_EXPONENTS:

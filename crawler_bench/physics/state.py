@@ -5,6 +5,7 @@ original. `parts` (in kernels) and `nodes_of`, `odometer_of` (in Python) show th
 named fields: N + 1 nodes, a clock, an odometer. A field costs no more to read than an entry of an array.
 """
 
+import functools
 from collections.abc import Iterator, Sequence
 from typing import Any, Protocol, get_type_hints
 
@@ -92,6 +93,7 @@ STATE = ("displacement", "slip", "neuron", "drive", "velocity", "force")
 _KINDS = {float: np.float64, int: np.int64, bool: np.int64}  # eight bytes each, so that rows may be floats
 
 
+@functools.cache
 def dtype_of(kind: Any) -> Any:
     """The NumPy record type whose fields are those of an annotated class."""
     hints = get_type_hints(kind)

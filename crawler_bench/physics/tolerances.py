@@ -43,7 +43,7 @@ SERIES_TERMS = 9
 """With exponents so close, the terms beyond are below rounding."""
 
 NEAR_EXPONENT = 2e-3
-"""Largest exponent of which the terms of the exponential series beyond the fifth are below rounding."""
+"""Largest exponent whose exponential series has only five terms above rounding."""
 
 APART_RATES = 1e-3
 """Relative distance of two rates from which on partial fractions lose too few digits to matter."""

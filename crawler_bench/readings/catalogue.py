@@ -1,4 +1,4 @@
-"""Every reading that is tried: the default with some values changed, and why.
+"""Every reading that is tried: what it changes in the default, and why.
 
 A reading is a value for every field of `crawler_bench.readings.fields`. The literal reading takes the
 equations as they are printed; the repairs lead from there to the default, one change after another.
@@ -35,17 +35,22 @@ class Reading:
     family: str
     changes: Mapping[str, Value]
 
+    @property
+    def is_open(self) -> bool:
+        """Whether it varies what the paper leaves open, and not what the paper gives."""
+        return self.family != "given"
+
     def configure(self, base: RunConfig) -> RunConfig:
         """A run of this reading.
 
         Args:
-            base: the run of the default reading. A changed epsilon is the regularized gait's alone.
+            base: the run of the default reading; a changed epsilon applies to the regularized gait alone.
         """
         learns = bool(base.settings)
         kept = {key: value for key, value in self.changes.items() if learns or key.startswith("parameters.")}
         if base.environment.regularization == 0:
             kept.pop(REGULARIZATION, None)
-        if not learns:  # a policy that never learns knows no task: readings that share a body share its run
+        if not learns:  # without learning the task does not matter: readings that share a body share its run
             base = base.model_copy(update={"environment": EnvironmentConfig(regularization=0)})
         return override(base, kept, self.name)
 
@@ -83,7 +88,7 @@ def _alone(field: Field, value: Value) -> dict[str, Value]:
     return {field.key: value} | steps
 
 
-# As printed, equation by equation, where the text or a table says otherwise.
+# As the equations are printed, where the text or a table contradicts them.
 LITERAL = {
     "parameters.friction_law": "literal",
     "parameters.observation": "most_stretched",
@@ -94,7 +99,7 @@ LITERAL = {
     "environment.time_limit": NO_LIMIT,
     "parameters.tau_f": 1.0,
 }
-SAME_TIME = 16_000_000  # decisions of PRINTED_STEP in the time of 800,000 of the default's
+SAME_TIME = 16_000_000  # decisions of PRINTED_STEP take as long as 800,000 of the default's
 DEFAULT = Reading("default", "default", {})
 
 
@@ -109,7 +114,7 @@ def _repairs() -> list[Reading]:
 
 
 def _sourced() -> list[Reading]:
-    """No free constant but the two that every reading has: words where they contradict an equation."""
+    """No free constant but the two of every reading: the words where they contradict an equation."""
     printed = {key: LITERAL[key] for key in LITERAL if key not in list(LITERAL)[:3] and "tau_f" not in key}
     return [
         Reading(
@@ -123,7 +128,7 @@ def _sourced() -> list[Reading]:
 
 
 def _pairs() -> list[Reading]:
-    """How the strength of a muscle is split between neuron_rate and spike_gain, and what is known to work."""
+    """The strength of a muscle split between neuron_rate and spike_gain, and combinations known to work."""
     rate, gain, tau_f = "parameters.neuron_rate", "parameters.spike_gain", "parameters.tau_f"
     held, phase = "parameters.decision_interval", "parameters.spike_phase"
     split: list[dict[str, Value]] = [
@@ -153,14 +158,14 @@ def _sparse() -> list[Reading]:
 
 
 def one_at_a_time() -> tuple[Reading, ...]:
-    """Every field of what is open, alone over its values; the printed time step also for as long a time."""
+    """Every open field alone, over its values; the printed time step also over the same time."""
     alone = [_reading("alone", _alone(field, value)) for field in FIELDS for value in field.tried]
     longer = {"parameters.decision_interval": PRINTED_STEP, "decisions": SAME_TIME}
     return (*alone, _reading("alone", longer, ",same-time"))
 
 
 def readings() -> tuple[Reading, ...]:
-    """Every reading that is tried beside those of the search, the default first."""
+    """Every reading but those of the search, the default first."""
     given = [_reading("given", _alone(field, value)) for field in GIVEN for value in field.tried]
     return (DEFAULT, *_pairs(), *_sparse(), *one_at_a_time(), *given, *_sourced(), *_repairs())
 
@@ -169,7 +174,7 @@ def find_reading(name: str, among: tuple[Reading, ...]) -> Reading:
     """The reading of a name.
 
     Raises:
-        ValueError: if there is none, naming the one that was probably meant.
+        ValueError: if there is none, suggesting the nearest.
     """
     for reading in among:
         if reading.name == name:

@@ -1,6 +1,6 @@
-"""What the paper leaves open, as data: each field with the words that it interprets and the values that are tried.
+"""What the paper leaves open, as data: each field with the words that it interprets and the values to try.
 
-A value is *sourced* when the paper, or a paper that it builds on, prints it or names it; every other value is a
+A value is *sourced* if the paper, or a paper that it builds on, prints or names it; every other value is a
 free constant, fitted or chosen by us, and counts against the reading that uses it.
 """
 
@@ -20,13 +20,13 @@ Value = Any  # a number, a word or a truth value: what YAML holds
 
 @dataclass(frozen=True)
 class Field:
-    """One thing that the paper leaves open, or that it might not depend on.
+    """One thing that the paper leaves open, or that its conclusion might not depend on.
 
     Attributes:
         key: dotted key of a run's configuration.
         words: the paper's words that a value interprets.
         sourced: values that have a source, with it.
-        tried: values tried alone, beside the default's.
+        tried: values tried alone, other than the default's.
         continuous: whether the joint search varies it.
     """
 
@@ -85,7 +85,7 @@ FIELDS = (
           {False: "eq. 12", True: "the textbook that the paper cites"}, (True,)),
 )  # fmt: skip
 
-# What the paper does give: whether its conclusion depends on it is another question than what it is.
+# What the paper gives; the question is whether its conclusion depends on it.
 GIVEN = (
     Field("settings.learning_rate", '"most reasonable choices for these will converge"', {0.05: "Formulation"},
           (0.01, 0.02, 0.1, 0.2)),
@@ -98,7 +98,7 @@ GIVEN = (
 
 
 def word(value: Value) -> str:
-    """A value in short."""
+    """A value as tables and names of readings write it."""
     if isinstance(value, bool):
         return str(value).lower()
     if isinstance(value, int | float):

@@ -1,7 +1,7 @@
-"""Scored readings as tidy tables: one row per reading, one row per claim, one row per run."""
+"""Scored readings as tidy frames of readings, of claims and of runs."""
 
 import json
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 import pandas as pd
 
@@ -13,7 +13,7 @@ from crawler_bench.readings.laboratory import Scored
 from crawler_bench.readings.scoring import rank
 from crawler_bench.statistics.estimates import Estimate
 
-SHOWN = ["rank", "reading", "free", "score", "low", "high", "n", "within", "core_failures"]  # in short
+SHOWN = ["rank", "reading", "free", "score", "low", "high", "n", "within", "core_failures"]  # on the console
 OF_RUNS = (
     "experiment", "seed", "policy", "diagonal_distance", "speed", "speed_moving", "speed_learning_end",
     "stall_share", "wave_order", "waves_per_tau", "cycle_duration", "peak_contraction", "strain_range",
@@ -22,8 +22,7 @@ OF_RUNS = (
 
 
 def summarize(scored: Sequence[Scored]) -> pd.DataFrame:
-    """One row per reading, in the order of their ranks; variations of what the paper gives follow without
-    one.
+    """One row per reading by rank; variations of what the paper gives follow, without a rank.
 
     Returns:
         rank, reading, family, score, low, high, within, core_failures, free, free_constants, n, failed,
@@ -43,10 +42,10 @@ def summarize(scored: Sequence[Scored]) -> pd.DataFrame:
         })  # fmt: skip
     frame = pd.DataFrame(rows)
     given = frame["family"] == "given"
-    ranked = rank(frame[~given])
     unranked = frame[given].sort_values("score", kind="stable")
-    both = pd.concat([ranked, unranked], ignore_index=True).astype({"rank": "Int64"})
-    return both[["rank", *(name for name in both if name != "rank")]]
+    both = pd.concat([rank(frame[~given]), unranked], ignore_index=True).astype({"rank": "Int64"})
+    both.insert(0, "rank", both.pop("rank"))
+    return both
 
 
 def read_reading(row: dict[str, object]) -> Reading:
@@ -56,21 +55,24 @@ def read_reading(row: dict[str, object]) -> Reading:
 
 def claims_of(scored: Sequence[Scored]) -> pd.DataFrame:
     """One row per reading and claim, with its verdict and its distance (NaN where it is not counted)."""
-    frames = [each.score.claims.assign(reading=each.reading.name) for each in scored]
-    claims = pd.concat(frames, ignore_index=True)
+    claims = _by_reading((each.reading, each.score.claims) for each in scored)
     claims["verdict"] = [
         judge(find_claim(row["claim"]), Estimate(row["ours"], row["low"], row["high"], row["n"])).value
         for row in claims.to_dict("records")
     ]
-    return claims[["reading", *(name for name in claims if name != "reading")]]
+    return claims
 
 
 def runs_of(scored: Sequence[Scored]) -> pd.DataFrame:
     """One row per run of every reading."""
-    frames = []
-    for each in scored:
-        if not each.runs.empty:
-            noisy = [name for name in each.runs if str(name).startswith("speed_at_noise")]
-            frames.append(each.runs[[*OF_RUNS, *noisy]].assign(reading=each.reading.name))
-    runs = pd.concat(frames, ignore_index=True)
-    return runs[["reading", *(name for name in runs if name != "reading")]]
+    return _by_reading(
+        (each.reading, each.runs[[*OF_RUNS, *each.runs.filter(like="speed_at_noise")]])
+        for each in scored
+        if not each.runs.empty
+    )
+
+
+def _by_reading(frames: Iterable[tuple[Reading, pd.DataFrame]]) -> pd.DataFrame:
+    """All frames as one, with the name of the reading in the first column."""
+    named = {reading.name: frame for reading, frame in frames}
+    return pd.concat(named, names=["reading"]).reset_index(level="reading").reset_index(drop=True)

@@ -1,4 +1,4 @@
-"""What the claims can tell about the constants, and what the paper's conclusion owes to them."""
+"""What the claims say about the constants, and what the paper's conclusions owe to them."""
 
 from collections.abc import Callable, Sequence
 
@@ -14,8 +14,8 @@ from crawler_bench.readings.laboratory import REGULARIZED, UNREGULARIZED, Scored
 from crawler_bench.readings.scoring import GROUPS, TOLERANCE, Score
 from crawler_bench.statistics import estimates as stats
 
-MOVES = 1.0  # tolerances by which a group's distance changes along a profile that says something
-# Groups of the three conclusions, left out where readings are chosen by which a conclusion is tested.
+MOVES = 1.0  # a field moves a group whose distance changes by this along the profile, in tolerances
+# Groups of the three conclusions, left out where the readings that test a conclusion are chosen.
 CONCLUDED = ("wave", "localized", "wiring", "faster", "10 % faster", "low noise", "high noise")
 
 
@@ -26,7 +26,7 @@ def group_distances(score: Score) -> pd.Series:
 
 
 def profile(field: Field, scored: Sequence[Scored]) -> list[Scored]:
-    """The default and the readings that change this field alone, in the order of its values."""
+    """The default and the readings that change only this field, in the order of its values."""
     alone = [each for each in scored if _is_alone(each, field)]
     values = [each.values[field.key] for each in alone]
     if all(isinstance(value, int | float) and not isinstance(value, bool) for value in values):
@@ -35,12 +35,12 @@ def profile(field: Field, scored: Sequence[Scored]) -> list[Scored]:
 
 
 def value_word(field: Field, each: Scored) -> str:
-    """The value that a reading has for a field, in short."""
+    """The value of a field in a reading, as tables write it."""
     return "exact" if _is_exact(field, each) else word(each.values[field.key])
 
 
 def _is_exact(field: Field, each: Scored) -> bool:
-    """Whether a step of dt is asked for where none is taken."""
+    """Whether the field is dt and no steps of it are taken."""
     return field.name == "dt" and each.values["parameters.integrator"] == "exact"
 
 
@@ -54,12 +54,12 @@ def _is_alone(each: Scored, field: Field) -> bool:
 
 
 def profiles(scored: Sequence[Scored], fields: Sequence[Field] = FIELDS) -> pd.DataFrame:
-    """What each field does when it alone is varied.
+    """What each field does when only it varies.
 
     Returns:
         One row per field: field, words, tried (values), lowest and highest score, best (its value), tolerated
-        (values within tolerance), not_worse (values that the score cannot tell from the best: the 95 %
-        interval of the paired difference includes 0), moved (groups whose distance changes by MOVES or more).
+        (values within tolerance), not_worse (values whose score is not firmly above the
+        best), moved (groups whose distance changes by MOVES or more).
     """
     rows = []
     for field in fields:
@@ -86,7 +86,7 @@ def along_default(along: Sequence[Scored]) -> Scored:
 
 
 def firmly_better(one: Scored, other: Scored) -> bool:
-    """Whether one reading's score is lower by more than the training runs explain."""
+    """Whether one score is lower and the 95 % interval of the paired difference excludes 0."""
     return one is not other and one.score.better_by(other.score)[1] > 0
 
 
@@ -95,12 +95,12 @@ def _words(along: Sequence[Scored], field: Field) -> str:
 
 
 def indistinct(scored: Sequence[Scored]) -> tuple[int, int, list[str]]:
-    """Readings within tolerance that the score cannot tell from the best of them.
+    """Readings within tolerance that are not firmly worse than the best of them.
 
     Returns:
-        How many of how many, and their names.
+        Their number, the number of readings within tolerance, and their names.
     """
-    within = [each for each in scored if each.score.within and each.reading.family != "given"]
+    within = _within(scored)
     if not within:
         return 0, 0, []
     best = min(within, key=lambda each: each.score.value)
@@ -108,7 +108,11 @@ def indistinct(scored: Sequence[Scored]) -> tuple[int, int, list[str]]:
     return len(names), len(within), names
 
 
-# What the authors' own figures hold, and where: quantity, experiment, column of a run.
+def _within(scored: Sequence[Scored]) -> list[Scored]:
+    return [each for each in scored if each.score.within and each.reading.is_open]
+
+
+# What the authors' own figures show, and where: quantity, figure, experiment, column of a run.
 QUANTITIES = (
     ("speed of the untrained crawler", "Fig. S1", "untrained", "speed"),
     ("speed of the regularized gait at s = 0.05", "Fig. 3C", "regularized", noisy_speed(0.05)),
@@ -124,30 +128,29 @@ QUANTITIES = (
 )  # fmt: skip
 
 
-def telling(scored: Sequence[Scored]) -> pd.DataFrame:
-    """Which number that the paper does not print would tell readings within tolerance apart.
+def most_discriminating(scored: Sequence[Scored]) -> pd.DataFrame:
+    """Which unprinted number would best discriminate between readings within tolerance.
 
     Returns:
-        One row per quantity, the most telling first: quantity, figure, low and high (5th and 95th percentile
-        over readings), resolution (spread between readings over the median spread between the seeds of one),
-        pins (the continuous field that it follows most closely over those readings) and rho (its rank
-        correlation).
+        One row per quantity, the most discriminating first: quantity, figure, low and high (5th and 95th
+        percentile over readings), resolution (spread between readings over the median spread between the
+        seeds of one), pins (the continuous field that it follows most closely over those readings) and rho
+        (its rank correlation).
     """
-    within = [each for each in scored if each.score.within and each.reading.family != "given"]
+    within = _within(scored)
     columns = ["quantity", "figure", "low", "high", "resolution", "pins", "rho"]
     rows = []
     for quantity, figure, experiment, column in QUANTITIES:
         of_runs = [each.runs.loc[each.runs["experiment"] == experiment, column].dropna() for each in within]
-        values = np.array([stats.interquartile_mean(runs.to_numpy(float)) for runs in of_runs])
-        known = np.isfinite(values)
-        if known.sum() < 3:
+        middles = [float(stats.interquartile_mean(runs.to_numpy(float))) for runs in of_runs]
+        known = np.flatnonzero(np.isfinite(middles))
+        if known.size < 3:
             continue
-        spread = np.median([runs.std() for runs, found in zip(of_runs, known, strict=True) if found])
-        low, high = np.percentile(values[known], [5, 95])
-        pins, rho = _follows(
-            values[known], [each for each, found in zip(within, known, strict=True) if found]
-        )
-        resolution = values[known].std(ddof=1) / spread if spread > 0 else np.inf
+        values = np.array(middles)[known]
+        spread = np.median([of_runs[i].std() for i in known])
+        low, high = np.percentile(values, [5, 95])
+        pins, rho = _follows(values, [within[i] for i in known])
+        resolution = values.std(ddof=1) / spread if spread > 0 else np.inf
         rows.append((quantity, figure, low, high, resolution, pins, rho))
     return pd.DataFrame(rows, columns=columns).sort_values("resolution", ascending=False, kind="stable")
 
@@ -165,23 +168,21 @@ def _follows(values: np.ndarray, readings: Sequence[Scored]) -> tuple[str, float
 
 
 def conclusions(scored: Sequence[Scored]) -> pd.DataFrame:
-    """In what share of readings each conclusion of the paper holds.
+    """The share of readings in which each conclusion of the paper holds.
 
     Three populations: all readings; those whose score over the *other* groups is within tolerance, so that no
-    conclusion chooses its own witnesses; those within tolerance. The variations of what the paper does give
+    conclusion selects the readings that test it; those within tolerance. Variations of what the paper gives
     are left out.
 
     Returns:
         One row per conclusion and population: conclusion, population, readings (number), holds (share),
         firmly (share).
     """
-    open_ones = [each for each in scored if each.reading.family != "given"]
+    open_ones = [each for each in scored if each.reading.is_open]
     populations = {
         "all readings": open_ones,
-        "within tolerance by the other claims": [
-            each for each in open_ones if other_score(each) <= TOLERANCE
-        ],
-        "within tolerance": [each for each in open_ones if each.score.within],
+        "within tolerance by the other claims": [one for one in open_ones if other_score(one) <= TOLERANCE],
+        "within tolerance": _within(scored),
     }
     rows = []
     for conclusion, (holds, firmly) in CONCLUSIONS.items():
@@ -194,7 +195,7 @@ def conclusions(scored: Sequence[Scored]) -> pd.DataFrame:
 
 
 def other_score(each: Scored) -> float:
-    """Score over the groups that none of the three conclusions stands in."""
+    """Score over the groups that belong to none of the three conclusions."""
     return float(group_distances(each.score).drop(list(CONCLUDED)).mean())
 
 
@@ -205,7 +206,7 @@ def _claim(each: Scored, name: str) -> pd.Series:
 
 
 def _ordering(*names: str) -> tuple[Callable[[Scored], bool], Callable[[Scored], bool]]:
-    """All have the paper's sign; all have it firmly."""
+    """Whether all differences have the paper's sign; whether all intervals have it."""
     return (
         lambda each: all(_claim(each, name)["ours"] > 0 for name in names),
         lambda each: all(_claim(each, name)["low"] > 0 for name in names),
@@ -213,7 +214,7 @@ def _ordering(*names: str) -> tuple[Callable[[Scored], bool], Callable[[Scored],
 
 
 def _share(name: str) -> tuple[Callable[[Scored], bool], Callable[[Scored], bool]]:
-    """It holds in most of the runs; in at least 80 % of them."""
+    """Whether it holds in most of the runs; in at least 80 % of them."""
     return (lambda each: _claim(each, name)["ours"] > 0.5, lambda each: _claim(each, name)["ours"] >= 0.8)
 
 
@@ -228,7 +229,7 @@ CONCLUSIONS = {
 }
 
 
-# What a regularized run ends as, by the thresholds of the claims.
+# How a regularized run ends, by the thresholds of the claims.
 ENDS: dict[str, Callable[[pd.DataFrame], pd.Series]] = {
     "ends on the diagonal": lambda runs: runs["diagonal_distance"] == 0,
     "wave from tail to head": lambda runs: runs["wave_order"] > ORDERLY,
@@ -237,7 +238,7 @@ ENDS: dict[str, Callable[[pd.DataFrame], pd.Series]] = {
 
 
 def ends(scored: Sequence[Scored], fields: Sequence[Field] = GIVEN) -> pd.DataFrame:
-    """What the regularized runs end as, along each field; an epsilon of 0 is the unregularized gait.
+    """How the regularized runs end, along each field; an epsilon of 0 is the unregularized gait.
 
     Returns:
         One row per field, value and end: field, value, end, share, low, high, n.

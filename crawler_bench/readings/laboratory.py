@@ -1,4 +1,4 @@
-"""Run readings and score them: each trains both gaits and has the untrained crawler beside."""
+"""Run readings and score them: each trains both gaits and runs the untrained crawler."""
 
 import os
 from collections.abc import Mapping, Sequence
@@ -27,7 +27,7 @@ class Scored:
         reading: the reading.
         values: dotted key: value of its regularized run.
         free: names of its free constants.
-        score: how it fares.
+        score: its distance from the paper.
         runs: one row per run, as `crawler_bench.runs.results.read_outcomes` gives them, with its speed at
             each amplitude of noise.
         errors: what went wrong, one line per failed run.
@@ -43,7 +43,7 @@ class Scored:
 
 @dataclass(frozen=True)
 class Laboratory:
-    """What a reading is run with.
+    """Runs readings.
 
     Attributes:
         bases: the run of the default reading for each of EXPERIMENTS.
@@ -58,7 +58,7 @@ class Laboratory:
     quiet: bool = False
 
     def run(self, readings: Sequence[Reading], seeds: Sequence[int]) -> list[Scored]:
-        """Run and score readings; what is finished is looked up, what two readings share is run once."""
+        """Run and score readings; finished runs are looked up, and what two readings share is run once."""
         needed = [
             Experiment(name=f"{reading.name} {name}", run=reading.configure(self.bases[name]), seeds=seeds)
             for reading in readings
@@ -104,5 +104,5 @@ def _score(
 
 
 def noisy_speed(noise: float) -> str:
-    """Name of the column that holds the speed at an amplitude of noise."""
+    """Name of the column of the speed at an amplitude of noise."""
     return f"speed_at_noise_{noise:g}"

@@ -1,4 +1,4 @@
-"""Write what the readings have shown: results/readings/, all or nothing; and run rows of it again."""
+"""Write results/readings/, all or nothing; and re-run rows of it."""
 
 import time
 from collections.abc import Callable, Sequence
@@ -38,7 +38,7 @@ def write(study: Study, folder: Path, started: float, say: Callable[[str], None]
             "runs": runs_of(study.scored),
             "fields": identifiability.profiles(study.scored, FIELDS),
             "given": identifiability.profiles(study.scored, GIVEN),
-            "telling": identifiability.telling(study.scored),
+            "telling": identifiability.most_discriminating(study.scored),
             "ends": identifiability.ends(study.scored),
             "conclusions": identifiability.conclusions(study.scored),
             "confirmation": study.confirmation(),
@@ -71,7 +71,7 @@ def _indistinct(scored: Sequence[Scored]) -> str:
 
 
 def read_readings(folder: Path) -> tuple[Reading, ...]:
-    """The readings of a table, those of the search included; none if there is no table."""
+    """The readings of a table, those of the search too; none if there is no table."""
     path = folder / "readings.csv"
     if not path.is_file():
         return ()
@@ -81,7 +81,7 @@ def read_readings(folder: Path) -> tuple[Reading, ...]:
 
 
 def check(laboratory: Laboratory, folder: Path, seeds: Sequence[int], number: int) -> pd.DataFrame:
-    """Run rows of the table again, picked at random, from nothing.
+    """Re-run rows of the table, drawn at random, and compare their scores.
 
     Returns:
         reading, score (in the table), again, same.
@@ -92,14 +92,9 @@ def check(laboratory: Laboratory, folder: Path, seeds: Sequence[int], number: in
     known = read_readings(folder)
     if not known:
         raise ValueError(f"{folder} holds no readings.csv; `crawler-bench readings` makes one")
-    table = pd.read_csv(folder / "readings.csv").set_index("reading")
+    scores = pd.read_csv(folder / "readings.csv").set_index("reading")["score"].to_dict()
     picked = np.random.default_rng(time.time_ns()).choice(len(known), min(number, len(known)), replace=False)
-    again = laboratory.run([known[i] for i in picked], seeds)
-    rows = [(each.reading.name, table.loc[each.reading.name, "score"], each.score.value) for each in again]
-    frame = pd.DataFrame(rows, columns=["reading", "score", "again"])
-    return frame.assign(
-        same=[
-            f"{a:.{DIGITS}g}" == f"{b:.{DIGITS}g}"
-            for a, b in zip(frame["score"], frame["again"], strict=True)
-        ]
-    )
+    rerun = laboratory.run([known[i] for i in picked], seeds)
+    rows = [(each.reading.name, scores[each.reading.name], each.score.value) for each in rerun]
+    same = [f"{score:.{DIGITS}g}" == f"{again:.{DIGITS}g}" for _, score, again in rows]
+    return pd.DataFrame(rows, columns=["reading", "score", "again"]).assign(same=same)

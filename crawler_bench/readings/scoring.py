@@ -1,29 +1,29 @@
-"""How far a reading is from the paper: one number that no weight was tuned for.
+"""How far a reading is from the paper: one number without tuned weights.
 
-Everything here was written down before the first reading was run, but for two core claims, which were added
-in November 2026, before the search of `search.py` ran: that learning pays, and that the regularized gait
-keeps its speed under noise. The default of then met every other core claim while random action crawled
-faster than its gait, so a rule without them misses the point of the paper.
+Everything here was fixed before the first reading was run, except for two core claims, added in November 2026
+before the search of `search/` ran: that learning pays, and that the regularized gait keeps its speed under
+noise. The default at that time met every other core claim although random action crawled faster than its
+gait: a rule without them misses the point of the paper.
 
 * A *distance* for each claim, in units of a tolerance. A number: its difference from the paper's in units of
   10 % of the paper's. A share of runs: by how much it falls short of 80 %, in units of 20 %. An ordering: 0
   when the 95 % interval of the paired difference excludes 0 on the paper's side, else 1 and the length by
   which the difference lies on the wrong side, in units of half the interval. No claim counts for more than
   CAP, and one without data counts CAP.
-* Claims that say one thing in several units or several ways form a *group* and count once: the mean of
-  theirs.
-* The *score* is the mean over groups; 0 is the paper's story told in full, CAP is silence.
+* Claims that say one thing in several units or ways form a *group*, which counts once: the mean distance.
+* The *score* is the mean over groups; at 0 every claim holds, CAP is no data at all.
 * A reading is *within tolerance* when its score is at most TOLERANCE, no core claim is further than 1, and
   both gaits are faster than random action by a difference whose interval excludes 0.
-* Of readings within tolerance the one with fewest free constants stands first, then the lower score; a
-  reading with every constant sourced is preferred to a better fit without. The others follow by score.
-* The interval of a score is a percentile bootstrap over training runs, with the same resamples of seeds for
-  every reading, so that the difference of two scores has an interval too. An ordering keeps the width of its
-  interval in every resample.
+* Readings within tolerance rank by the number of free constants, then by score: a reading with every constant
+  sourced is preferred to a better fit without. The others follow by score.
+* The interval of a score is a percentile bootstrap over training runs. All readings share the resamples of
+  seeds, so that the difference of two scores has an interval too. An ordering keeps the width of its interval
+  in every resample.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass, replace
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -37,7 +37,7 @@ from crawler_bench.statistics.estimates import Array, Estimate
 NUMBER_TOLERANCE = 0.10  # of the paper's number
 SHARE_FULL, SHARE_TOLERANCE = 0.8, 0.2
 CAP = 5.0
-TOLERANCE = 1.0  # largest score of a reading that tells the paper's story
+TOLERANCE = 1.0  # largest score of a reading within tolerance
 RESAMPLES = 200
 _SEED = 20201122
 
@@ -67,8 +67,8 @@ GROUPS = {
     "untrained": ("uncoordinated",),
     "learning pays": ("learning_pays", "learning_pays_unregularized"),
 }  # fmt: skip
-# Shown and not counted: no reading can meet both larger_range and smaller_range, which is its negative; the
-# paper gives no number for the crossover; the grid over alpha and gamma is run for the default reading alone.
+# Not counted: larger_range is the negative of smaller_range, and no reading can meet both; the paper gives no
+# number for the crossover; the grid over alpha and gamma is run for the default reading alone.
 UNCOUNTED = ("larger_range", "crossover", "alpha_gamma")
 FORMER_CORE = ("wave", "nearest_neighbour", "faster", "slower_high_noise")
 CORE = (*FORMER_CORE, "maintains_speed", "learning_pays", "learning_pays_unregularized")
@@ -97,7 +97,7 @@ def distance(claim: Claim, ours: Estimate) -> float:
 
 @dataclass(frozen=True)
 class Score:
-    """How a reading fares.
+    """The distance of a reading from the paper.
 
     Attributes:
         value: mean distance over groups.
@@ -116,17 +116,17 @@ class Score:
 
     @property
     def core_failures(self) -> tuple[str, ...]:
-        """Core claims that are further away than they may be."""
+        """Core claims beyond their tolerance."""
         far = self.claims.set_index("claim")["distance"]
         return tuple(name for name in CORE if far[name] > (0 if name in FIRMLY else 1))
 
     @property
     def within(self) -> bool:
-        """Whether the reading tells the paper's story."""
+        """Whether the reading is within tolerance."""
         return self.value <= TOLERANCE and not self.core_failures
 
     def better_by(self, other: "Score") -> tuple[float, float, float]:
-        """By how much this score is lower than another's of the same seeds, with the 95 % interval."""
+        """How much lower this score is than another's of the same seeds, with the 95 % interval."""
         return other.value - self.value, *interval(other.resamples - self.resamples)
 
 
@@ -148,42 +148,28 @@ def total(distances: dict[str, float]) -> float:
 
 
 def score(results: Results, seeds: Sequence[int], resamples: int = RESAMPLES) -> Score:
-    """Score what was measured for one reading.
+    """Score one reading.
 
     Args:
         results: runs and evaluations of the experiments regularized, unregularized and untrained.
-        seeds: of the training runs, those that failed included.
+        seeds: of the training runs, failed ones too.
         resamples: of the training runs, for the interval; 0 gives none.
     """
-    table = _Table(results, seeds)
-    whole = np.arange(len(seeds))
-    measured = {claim.name: claim.measure(table.resampled(whole)) for claim in CLAIMS if _measurable(claim)}
+    whole = _Resampled(results.runs, results.evaluations, seeds, np.arange(len(seeds)), {})
+    measured = {claim.name: claim.measure(whole) for claim in CLAIMS if claim.name != "alpha_gamma"}
     rng = np.random.default_rng(_SEED)
     draws = np.sort(rng.integers(len(seeds), size=(resamples, len(seeds))), axis=1)
     different, back = np.unique(draws, axis=0, return_inverse=True)  # five runs have 126 resamples
     with estimates.without_intervals():
-        totals = [_resampled_total(table.resampled(chosen), measured) for chosen in different]
+        totals = [_resampled_total(replace(whole, chosen=chosen), measured) for chosen in different]
     distances = {claim.name: distance(claim, measured[claim.name]) for claim in COUNTED}
     rows = [
-        {
-            "claim": claim.name,
-            "group": group_of(claim.name),
-            "kind": claim.kind.value,
-            "paper": claim.paper,
-            "ours": measured[claim.name].value,
-            "low": measured[claim.name].low,
-            "high": measured[claim.name].high,
-            "n": measured[claim.name].n,
-            "distance": distances.get(claim.name, float("nan")),
-        }
-        for claim in CLAIMS
-        if _measurable(claim)
-    ]
-    return Score(total(distances), np.array(totals)[back.ravel()], pd.DataFrame(rows))
-
-
-def _measurable(claim: Claim) -> bool:
-    return claim.name != "alpha_gamma"
+        (claim.name, group_of(claim.name), claim.kind.value, claim.paper, *astuple(measured[claim.name]),
+         distances.get(claim.name, float("nan")))
+        for claim in CLAIMS if claim.name in measured
+    ]  # fmt: skip
+    columns = ["claim", "group", "kind", "paper", "ours", "low", "high", "n", "distance"]
+    return Score(total(distances), np.array(totals)[back.ravel()], pd.DataFrame(rows, columns=columns))
 
 
 def _resampled_total(results: Results, whole: dict[str, Estimate]) -> float:
@@ -196,51 +182,39 @@ def _resampled_total(results: Results, whole: dict[str, Estimate]) -> float:
     return total(distances)
 
 
-class _Table:
-    """The columns of a reading's runs by seed, looked up once."""
-
-    def __init__(self, results: Results, seeds: Sequence[int]) -> None:
-        self._results, self._seeds = results, list(seeds)
-        self._columns: dict[tuple[str, str], Array] = {}
-        self._noisy: dict[str, pd.DataFrame] = {}
-
-    def column(self, experiment: str, column: str) -> Array:
-        key = (experiment, column)
-        if key not in self._columns:
-            runs = self._results.runs
-            known = not runs.empty and column in runs and (runs["experiment"] == experiment).any()
-            values = self._results.of(experiment, column) if known else pd.Series(dtype=np.float64)
-            self._columns[key] = values.reindex(self._seeds).to_numpy(np.float64)
-        return self._columns[key]
-
-    def noisy(self, experiment: str) -> pd.DataFrame:
-        if experiment not in self._noisy:
-            known = not self._results.evaluations.empty
-            speeds = self._results.noisy_speed(experiment) if known else pd.DataFrame()
-            self._noisy[experiment] = speeds.reindex(self._seeds)
-        return self._noisy[experiment]
-
-    def resampled(self, chosen: NDArray[np.int64]) -> Results:
-        return _Resampled(self._results.runs, self._results.evaluations, self, chosen)
-
-
 @dataclass(frozen=True)
 class _Resampled(Results):
-    """Results of resampled training runs, numbered anew, so that pairs of experiments stay pairs."""
+    """Results of resampled training runs, renumbered so that pairs of experiments stay pairs.
 
-    table: _Table
+    Attributes:
+        seeds: of the training runs, those that failed too.
+        chosen: (S,) indices of seeds.
+        columns: by experiment and column over all seeds, shared by all resamples so that each is looked up
+            once.
+    """
+
+    seeds: Sequence[int]
     chosen: NDArray[np.int64]
+    columns: dict[tuple[str, str], Any]
 
     def of(self, experiment: str, column: str) -> pd.Series:
-        return pd.Series(self.table.column(experiment, column)[self.chosen])
+        if (experiment, column) not in self.columns:
+            known = column in self.runs and (self.runs["experiment"] == experiment).any()
+            values = super().of(experiment, column) if known else pd.Series(dtype=np.float64)
+            self.columns[experiment, column] = values.reindex(list(self.seeds)).to_numpy(np.float64)
+        return pd.Series(self.columns[experiment, column][self.chosen])
 
     def noisy_speed(self, experiment: str) -> pd.DataFrame:
-        speeds = self.table.noisy(experiment)
+        key = experiment, "noisy_speed"
+        if key not in self.columns:
+            known = pd.DataFrame() if self.evaluations.empty else super().noisy_speed(experiment)
+            self.columns[key] = known.reindex(list(self.seeds))
+        speeds: pd.DataFrame = self.columns[key]
         return speeds.take(self.chosen.tolist()).reset_index(drop=True)
 
 
 def rank(summary: pd.DataFrame) -> pd.DataFrame:
-    """Order readings: those within tolerance by free constants and score, then the others by score.
+    """Order readings: those within tolerance by free constants and score, the others by score.
 
     Args:
         summary: one row per reading, with within, free (a number) and score.
@@ -255,7 +229,7 @@ def rank(summary: pd.DataFrame) -> pd.DataFrame:
 
 
 def rescored(readings: pd.DataFrame, claims: pd.DataFrame) -> pd.DataFrame:
-    """Whether another rule would have told another story: the ranking by score under other caps and weights.
+    """Whether another rule would have ranked otherwise: the ranking by score under other caps and weights.
 
     Args:
         readings: one row per reading: reading, score.

@@ -1,4 +1,4 @@
-"""The whole study, and the rule by which the default reading changes; both were fixed before the first run.
+"""The study of all readings, and the rule that replaces the default; both were fixed before the first run.
 
 The default changes if another reading with at most as many free constants is within tolerance, has a lower
 score than the default on the seeds of the study, and on fresh seeds, which nothing was chosen by, is within
@@ -18,7 +18,7 @@ from crawler_bench.readings.frames import summarize
 from crawler_bench.readings.laboratory import Laboratory, Scored
 from crawler_bench.readings.sizes import Size
 
-CANDIDATES = 4  # readings that are tried again on fresh seeds, beside the default
+CANDIDATES = 4  # readings that are tried on fresh seeds, beside the default
 
 
 @dataclass(frozen=True)
@@ -41,7 +41,7 @@ class Study:
         return next(each for each in self.scored if each.reading.name == DEFAULT.name)
 
     def confirmation(self) -> pd.DataFrame:
-        """The rule, rival by rival: free constants, score on old and on fresh seeds, verdict."""
+        """The rule applied to each rival: free constants, scores on old and on fresh seeds, verdict."""
         default = self.confirmed[0]
         before = {each.reading.name: each for each in self.scored}
         rows = []
@@ -78,7 +78,7 @@ def conduct(laboratory: Laboratory, readings: Sequence[Reading], size: Size) -> 
 def is_rival(scored: Scored, default: Scored) -> bool:
     """Whether a reading might replace the default, by the seeds of the study."""
     return (
-        scored.reading.family != "given"
+        scored.reading.is_open
         and scored.score.within
         and len(scored.free) <= len(default.free)
         and scored.score.value < default.score.value

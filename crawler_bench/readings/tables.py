@@ -1,4 +1,4 @@
-"""The readings in words and tables: the ranking, and the generated blocks of docs/readings.md."""
+"""The ranking of the readings, and the generated blocks of docs/readings.md."""
 
 import json
 from collections.abc import Callable
@@ -11,13 +11,13 @@ from crawler_bench.paper.verdicts import Verdict
 from crawler_bench.readings.catalogue import DEFAULT
 from crawler_bench.readings.scoring import GROUPS, SHARE_FULL
 
-HEAD = 12  # readings of the ranking that the documentation shows, beside the named ones
-MOST_MOVED = 5  # groups of claims that the table of fields names
+HEAD = 12  # readings of the ranking in the documentation, beside the named ones
+MOST_MOVED = 5  # groups of claims named in the table of fields
 NAMED = (DEFAULT.name, "literal")
 
 
 def ranking(readings: pd.DataFrame) -> pd.DataFrame:
-    """All readings in short: rank, free constants, score with its interval, n, within, failed core claims."""
+    """All readings: rank, free constants, score and interval, n, within tolerance, failed core claims."""
     return pd.DataFrame({
         "rank": readings["rank"].map(format_number),
         "reading": list(map(described, readings["reading"], readings["family"], readings["changes"])),
@@ -30,7 +30,7 @@ def ranking(readings: pd.DataFrame) -> pd.DataFrame:
 
 
 def described(name: str, family: str, changed: str) -> str:
-    """The name of a reading; for one that the search made, also its values (JSON)."""
+    """The name of a reading; for one of the search, also its values (from JSON)."""
     if family == "search":
         changes = json.loads(changed)
         return f"{name}: " + ", ".join(f"{key.rpartition('.')[2]} {changes[key]:g}" for key in changes)
@@ -132,7 +132,7 @@ def _true(column: pd.Series) -> pd.Series:
 
 
 def _record(claims: pd.DataFrame, reading: str) -> str:
-    """Which claims a reading meets."""
+    """The verdicts of a reading's claims."""
     rows = claims[claims["reading"] == reading]
     counts = rows["verdict"].value_counts()
     told = ", ".join(f"{counts[each.value]} {each.value}" for each in Verdict if each.value in counts)
@@ -177,7 +177,7 @@ def _conclusions(frame: pd.DataFrame) -> str:
 
 
 def _epsilon(ends: pd.DataFrame) -> str:
-    """From which epsilon on the runs end as the paper says."""
+    """The values of epsilon at which the runs end as the paper says."""
     along = ends[ends["field"] == "regularization"]
     sentences = []
     for end, rows in along.groupby("end", sort=False):

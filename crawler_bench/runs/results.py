@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+import numpy as np
 import pandas as pd
 
 from crawler_bench.config.schema import RunConfig
@@ -59,14 +60,14 @@ def tabulate(measured: Sequence[Measured]) -> tuple[pd.DataFrame, pd.DataFrame, 
     if not measured:
         return pd.DataFrame(), pd.DataFrame(), pd.DataFrame()
     runs = [each.key | summarize(each.evaluation, each.learning) | {"run": each.name} for each in measured]
-    evaluations, cycles = (
-        [pd.DataFrame(each.key, index=frame.index).join(frame) for each, frame in frames]
-        for frames in (
-            [(each, each.evaluation.starts) for each in measured],
-            [(each, each.evaluation.cycles) for each in measured],
-        )
-    )
-    return pd.DataFrame(runs), pd.concat(evaluations, ignore_index=True), pd.concat(cycles, ignore_index=True)
+    keys = [each.key for each in measured]
+    starts = _keyed(keys, [each.evaluation.starts for each in measured])
+    return pd.DataFrame(runs), starts, _keyed(keys, [each.evaluation.cycles for each in measured])
+
+
+def _keyed(keys: Sequence[dict[str, object]], frames: Sequence[pd.DataFrame]) -> pd.DataFrame:
+    rows = [pd.DataFrame(key, index=frame.index).join(frame) for key, frame in zip(keys, frames, strict=True)]
+    return pd.concat(rows, ignore_index=True)
 
 
 def summarize(evaluation: Evaluation, learning: pd.DataFrame) -> dict[str, object]:
@@ -77,6 +78,7 @@ def summarize(evaluation: Evaluation, learning: pd.DataFrame) -> dict[str, objec
     policy = evaluation.table.argmax(axis=1)
     settings = ["noise", "start", "speed", "reward", "stalled", "cycle_duration", "cycles"]
     durations = evaluation.cycles["duration"]
+    last = learning.iloc[-1] if len(learning) else pd.Series(np.nan, ["decisions", "gradient_updates"])
     row: dict[str, object] = {
         "policy": metrics.policy_text(evaluation.table),
         "observations": len(policy),
@@ -87,30 +89,26 @@ def summarize(evaluation: Evaluation, learning: pd.DataFrame) -> dict[str, objec
         "speed_moving": moving["speed"].mean(),
         "reward": quiet["reward"].mean(),
         "stall_share": quiet["stalled"].astype(float).mean(),
-        "decisions": _last(learning, "decisions"),
-        "gradient_updates": _last(learning, "gradient_updates"),
+        "decisions": float(last["decisions"]),
+        "gradient_updates": float(last["gradient_updates"]),
         "speed_learning": _learning_speed(learning, 0.0),
         "speed_learning_end": _learning_speed(learning, 0.9),
         "cycles": len(durations),
         "cycle_duration": durations.mean(),
-        "waves_per_tau": 1 / durations.mean() if len(durations) else float("nan"),
+        "waves_per_tau": 1 / durations.mean() if len(durations) else np.nan,
     }
     averages: dict[str, object] = moving.drop(columns=settings).mean().to_dict()
     return row | averages
 
 
-def _last(learning: pd.DataFrame, column: str) -> float:
-    return float(learning[column].iloc[-1]) if len(learning) else float("nan")
-
-
 def _learning_speed(learning: pd.DataFrame, since: float) -> float:
     """Speed while learning, from a share of the run to its end; NaN for an agent that does not learn."""
     if len(learning) < 2:
-        return float("nan")
+        return np.nan
     start = learning.iloc[int(since * len(learning))] if since else pd.Series({"time": 0.0, "distance": 0.0})
     end = learning.iloc[-1]
     elapsed = end["time"] - start["time"]
-    return float((end["distance"] - start["distance"]) / elapsed) if elapsed > 0 else float("nan")
+    return float((end["distance"] - start["distance"]) / elapsed) if elapsed > 0 else np.nan
 
 
 def typical_run(runs: pd.DataFrame, outcomes: Sequence[Outcome]) -> Outcome:

@@ -183,7 +183,7 @@ class LearningRecorder:
             self.snapshots.append((done, table.copy()))
 
     def curve(self) -> pd.DataFrame:
-        """A row every so many decisions: decisions, gradient_updates, time, distance, policy (in digits)."""
+        """One row per recorded point: decisions, gradient_updates, time, distance, policy (in digits)."""
         return pd.DataFrame(
             self._rows, columns=["decisions", "gradient_updates", "time", "distance", "policy"]
         )

@@ -3,8 +3,6 @@
 import json
 import subprocess
 import sys
-from pathlib import Path
-from typing import Any
 
 import gymnasium as gym
 import numpy as np
@@ -22,37 +20,38 @@ from crawler_bench.envs.randomness import live_state
 class Chain(gym.Env[int, int]):
     """N states in a row; action 1 moves on, 0 stays; the step off the end pays 1 and ends the episode."""
 
-    def __init__(self, n: int = 4, truncate: bool = False, first: int = 0) -> None:
+    def __init__(self, n=4, truncate=False, first=0):
         self.observation_space = gym.spaces.Discrete(n, start=first)
         self.action_space = gym.spaces.Discrete(2, start=first)
         self.n, self.truncate, self.first, self.place = n, truncate, first, 0
 
-    def reset(
-        self, *, seed: int | None = None, options: dict[str, Any] | None = None
-    ) -> tuple[int, dict[str, Any]]:
+    def reset(self, *, seed=None, options=None):
         super().reset(seed=seed)
         self.place = 0
         return self.place + self.first, {}
 
-    def step(self, action: int) -> tuple[int, float, bool, bool, dict[str, Any]]:
+    def step(self, action):
         self.place += action - self.first
         end = self.place == self.n
         place = min(self.place, self.n - 1) + self.first
         return place, float(end), end and not self.truncate, end and self.truncate, {}
 
 
-def crawler(**arguments: Any) -> gym.Env[Any, Any]:
+HALVES = {"learning_rate": 0.5, "discount": 0.5, "initial_q": 3.0, "seed": 0}
+
+
+def crawler(**arguments):
     return gym.make(crawler_bench.ENV_ID, **arguments)
 
 
-def test_update_is_equation_12() -> None:
+def test_update_is_equation_12():
     Q = np.arange(6.0).reshape(2, 3)
     update(Q, 0, 1, 0.5 + 0.9 * Q[1].max(), 0.1)
     assert Q[0, 1] == pytest.approx(0.9 * 1.0 + 0.1 * (0.5 + 0.9 * 5.0))
     np.testing.assert_array_equal(Q[[0, 0, 1, 1, 1], [0, 2, 0, 1, 2]], [0.0, 2.0, 3.0, 4.0, 5.0])
 
 
-def test_ties_are_broken_evenly() -> None:
+def test_ties_are_broken_evenly():
     generator = np.random.default_rng(0)
     rng = live_state(generator)
     counts = np.bincount([greedy(np.array([1.0, 3.0, 3.0, 0.0, 3.0]), rng) for _ in range(6000)], minlength=5)
@@ -61,11 +60,10 @@ def test_ties_are_broken_evenly() -> None:
 
 
 @pytest.mark.parametrize("first", [0, 3])
-def test_a_chain_converges_to_its_closed_form(first: int) -> None:
+def test_a_chain_converges_to_its_closed_form(first):
     """Q*(s, on) = gamma^(N - 1 - s): the last step terminates. Staying is tried until it disappoints."""
-    agent = QLearning(Chain(first=first), learning_rate=0.5, discount=0.8, initial_q=1.5, seed=0).learn(
-        20_000
-    )
+    agent = QLearning(Chain(first=first), learning_rate=0.5, discount=0.8, initial_q=1.5, seed=0)
+    agent.learn(20_000)
     on = 0.8 ** np.arange(3, -1, -1)
     np.testing.assert_allclose(agent.q_table[:, 1], on, atol=1e-9)
     assert (agent.q_table[:, 0] < on).all()
@@ -73,26 +71,21 @@ def test_a_chain_converges_to_its_closed_form(first: int) -> None:
     assert agent.predict(np.array([first, first + 3]))[0].tolist() == [first + 1, first + 1]
 
 
-def test_truncation_is_looked_through() -> None:
+def test_truncation_is_looked_through():
     """Truncated at the end, the last state is worth 1 + gamma max Q(last) = 1 / (1 - gamma)."""
-    agent = QLearning(Chain(truncate=True), learning_rate=0.5, discount=0.5, initial_q=3.0, seed=0).learn(
-        20_000
-    )
+    agent = QLearning(Chain(truncate=True), **HALVES).learn(20_000)
     assert agent.q_table[3, 1] == pytest.approx(2.0, abs=1e-9)
     assert agent.q_table[2, 1] == pytest.approx(1.0, abs=1e-9)
 
 
 @pytest.mark.parametrize("truncate", [False, True])
-def test_every_end_is_terminal_on_request(truncate: bool) -> None:
+def test_every_end_is_terminal_on_request(truncate):
     """Then the last state is worth 1, however the episode ended, and the others what stands before it."""
-    env = Chain(truncate=truncate)
-    agent = QLearning(
-        env, learning_rate=0.5, discount=0.5, initial_q=3.0, seed=0, end_is_terminal=True
-    ).learn(20_000)
+    agent = QLearning(Chain(truncate=truncate), **HALVES, end_is_terminal=True).learn(20_000)
     np.testing.assert_allclose(agent.q_table[:, 1], [0.125, 0.25, 0.5, 1.0], atol=1e-9)
 
 
-def test_high_initial_values_make_it_try_everything() -> None:
+def test_high_initial_values_make_it_try_everything():
     """Where it has been often enough, a learner that expects much has tried every action, and only then."""
     optimist = QLearning(crawler(), initial_q=0.2, seed=0).learn(5000)
     assert (optimist.q_table != 0.2).all(axis=1).any()
@@ -105,22 +98,14 @@ def test_high_initial_values_make_it_try_everything() -> None:
     {"regularization": 0.01}, {"regularization": 0.0, "noise": 0.1}, {"episode_distance": 0.05},
     {"time_limit": 9.0},
 ])  # fmt: skip
-def test_the_compiled_loop_gives_the_same_table_to_the_bit(
-    arguments: dict[str, Any], end_is_terminal: bool
-) -> None:
-    fast, plain = (
-        QLearning(crawler(**arguments), seed=7, end_is_terminal=end_is_terminal, compiled=compiled).learn(
-            3000
-        )
-        for compiled in (True, False)
-    )
-    np.testing.assert_array_equal(fast.q_table, plain.q_table)
-    assert fast.env is not None
-    assert plain.env is not None
-    assert fast.env.unwrapped.get_state() == plain.env.unwrapped.get_state()  # type: ignore[attr-defined]
+def test_the_compiled_loop_gives_the_same_table_to_the_bit(arguments, end_is_terminal):
+    settings = {"seed": 7, "end_is_terminal": end_is_terminal}
+    fast, plain = (QLearning(crawler(**arguments), **settings, compiled=yes) for yes in (True, False))
+    np.testing.assert_array_equal(fast.learn(3000).q_table, plain.learn(3000).q_table)
+    assert fast.env.unwrapped.get_state() == plain.env.unwrapped.get_state()
 
 
-def test_an_unknown_wrapper_is_stepped_through() -> None:
+def test_an_unknown_wrapper_is_stepped_through():
     """A wrapper may change rewards; the compiled loop would go round it."""
     doubled = gym.wrappers.TransformReward(crawler(), lambda reward: 2.0 * float(reward))
     agent = QLearning(doubled, seed=7).learn(2000)
@@ -129,7 +114,7 @@ def test_an_unknown_wrapper_is_stepped_through() -> None:
 
 
 @pytest.mark.parametrize("wrapped", [False, True])
-def test_the_new_observation_is_bootstrapped_from(wrapped: bool) -> None:
+def test_the_new_observation_is_bootstrapped_from(wrapped):
     """One decision by hand: the entry moves towards r + gamma max Q(o'), with o' the *new* observation."""
     env = CrawlerEnv() if wrapped else crawler()
     agent = QLearning(env, learning_rate=0.3, discount=0.9, initial_q=0.0, seed=3)
@@ -146,7 +131,7 @@ def test_the_new_observation_is_bootstrapped_from(wrapped: bool) -> None:
     np.testing.assert_allclose(agent.q_table, Q, rtol=1e-14)
 
 
-def test_learning_resumes_to_the_bit_in_mid_episode(tmp_path: Path) -> None:
+def test_learning_resumes_to_the_bit_in_mid_episode(tmp_path):
     whole = QLearning(crawler(noise=0.02), seed=11).learn(5000)
     part = QLearning(crawler(noise=0.02), seed=11).learn(2345)
     part.save(tmp_path / "agent.json")
@@ -155,7 +140,7 @@ def test_learning_resumes_to_the_bit_in_mid_episode(tmp_path: Path) -> None:
     assert resumed.num_timesteps == whole.num_timesteps == 5000
 
 
-def test_the_reading_of_an_end_is_saved(tmp_path: Path) -> None:
+def test_the_reading_of_an_end_is_saved(tmp_path):
     whole = QLearning(crawler(time_limit=9.0), seed=11, end_is_terminal=True).learn(2000)
     assert (whole.q_table != QLearning(crawler(time_limit=9.0), seed=11).learn(2000).q_table).any()
     QLearning(crawler(time_limit=9.0), seed=11, end_is_terminal=True).learn(700).save(tmp_path / "agent.json")
@@ -163,7 +148,7 @@ def test_the_reading_of_an_end_is_saved(tmp_path: Path) -> None:
     np.testing.assert_array_equal(resumed.q_table, whole.q_table)
 
 
-def test_calls_of_learn_add_up_whatever_is_asked_between() -> None:
+def test_calls_of_learn_add_up_whatever_is_asked_between():
     whole = QLearning(crawler(), seed=2).learn(4000)
     parts = QLearning(crawler(), seed=2).learn(1)
     parts.predict(np.zeros(1000, dtype=int))  # breaks ties of its own
@@ -171,11 +156,11 @@ def test_calls_of_learn_add_up_whatever_is_asked_between() -> None:
     np.testing.assert_array_equal(whole.q_table, parts.q_table)
 
 
-def test_only_the_first_reset_is_seeded() -> None:
-    seeds: list[int | None] = []
+def test_only_the_first_reset_is_seeded():
+    seeds = []
 
     class Watched(Chain):
-        def reset(self, *, seed: int | None = None, options: Any = None) -> tuple[int, dict[str, Any]]:
+        def reset(self, *, seed=None, options=None):
             seeds.append(seed)
             return super().reset(seed=seed)
 
@@ -187,7 +172,7 @@ def test_only_the_first_reset_is_seeded() -> None:
     assert not any(seeds[1:])
 
 
-def test_a_saved_agent_is_json(tmp_path: Path) -> None:
+def test_a_saved_agent_is_json(tmp_path):
     QLearning(crawler(), seed=0).learn(100).save(tmp_path / "agent.json")
     content = json.loads((tmp_path / "agent.json").read_text())
     assert np.shape(content["q_table"]) == (10, 10)
@@ -195,7 +180,7 @@ def test_a_saved_agent_is_json(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("text", ["", "{}", "[1]", '{"learning_rate": 1}', "\x00"])
-def test_a_file_that_is_no_agent_is_refused(tmp_path: Path, text: str) -> None:
+def test_a_file_that_is_no_agent_is_refused(tmp_path, text):
     (tmp_path / "agent.json").write_text(text)
     with pytest.raises(ValueError, match=r"is not a saved Q-learning agent"):
         QLearning.load(tmp_path / "agent.json")
@@ -210,7 +195,7 @@ def test_a_file_that_is_no_agent_is_refused(tmp_path: Path, text: str) -> None:
         ("learning_rate", -1.0),
     ],
 )  # fmt: skip
-def test_an_edited_agent_is_refused(tmp_path: Path, name: str, value: Any) -> None:
+def test_an_edited_agent_is_refused(tmp_path, name, value):
     path = tmp_path / "agent.json"
     QLearning(crawler(), seed=0).learn(100).save(path)
     path.write_text(json.dumps(json.loads(path.read_text()) | {name: value}))
@@ -232,16 +217,16 @@ for name, value in (("observation", 99), ("observation", -10**9), ("q_table", np
 """
 
 
-def test_what_would_corrupt_memory_is_refused() -> None:
+def test_what_would_corrupt_memory_is_refused():
     """In a process of its own, which the compiled loop may end."""
     done = subprocess.run([sys.executable, "-c", CORRUPTED], capture_output=True, text=True, check=False)
     assert done.stdout.split() == ["observation", "observation", "q_table"], (done.returncode, done.stderr)
 
 
-def test_the_callback_is_called_and_can_stop() -> None:
-    seen: list[int] = []
+def test_the_callback_is_called_and_can_stop():
+    seen = []
 
-    def stop_at_3000(local: dict[str, Any], _global: dict[str, Any]) -> bool:
+    def stop_at_3000(local, _global):
         seen.append(local["self"].num_timesteps)
         return len(seen) < 3
 
@@ -250,7 +235,7 @@ def test_the_callback_is_called_and_can_stop() -> None:
     assert agent.num_timesteps == 3000
 
 
-def test_predict_takes_batches_of_any_shape() -> None:
+def test_predict_takes_batches_of_any_shape():
     agent = QLearning(crawler(), seed=0)
     agent.q_table = np.eye(10)[[3, 1, 4, 1, 5, 9, 2, 6, 5, 3]]
     actions, state = agent.predict(np.array([[0, 5], [9, 2]]))
@@ -260,37 +245,37 @@ def test_predict_takes_batches_of_any_shape() -> None:
     assert int(agent.predict(4)[0]) == 5
 
 
-def test_stable_baselines_evaluates_it_as_it_is() -> None:
+def test_stable_baselines_evaluates_it_as_it_is():
     agent = QLearning(crawler(), seed=0)
     agent.q_table = np.eye(10)
     env = DummyVecEnv([lambda: CrawlerEnv(time_limit=100.0, regularization=0.0)])
     env.seed(0)
-    mean, _ = evaluate_policy(agent, env, n_eval_episodes=2, warn=False)  # type: ignore[arg-type]
-    assert 0.3 < float(mean) < 0.8  # type: ignore[arg-type]
+    mean, _ = evaluate_policy(agent, env, n_eval_episodes=2, warn=False)
+    assert 0.3 < float(mean) < 0.8
 
 
 @pytest.mark.parametrize("settings", [
     {"learning_rate": 0.0}, {"learning_rate": 1.5}, {"discount": 1.0}, {"discount": -0.1},
     {"initial_q": np.inf}, {"end_is_terminal": "no"}, {"compiled": "x"},
 ])  # fmt: skip
-def test_an_impossible_setting_is_refused(settings: dict[str, Any]) -> None:
+def test_an_impossible_setting_is_refused(settings):
     (name, _value), *_ = settings.items()
     with pytest.raises(ValueError, match=rf"^{name} = .* is not possible: it must be"):
         QLearning(crawler(), **settings)
 
 
-def test_spaces_that_are_not_discrete_are_refused() -> None:
+def test_spaces_that_are_not_discrete_are_refused():
     with pytest.raises(ValueError, match="a table needs Discrete spaces"):
         QLearning(gym.make("Pendulum-v1"))
 
 
-def test_the_seed_decides_everything() -> None:
+def test_the_seed_decides_everything():
     one, same, other = (QLearning(crawler(), seed=seed).learn(2000).q_table for seed in (1, 1, 2))
     np.testing.assert_array_equal(one, same)
     assert (one != other).any()
 
 
 @pytest.mark.slow
-def test_the_regularized_learner_finds_nearest_neighbour_wiring() -> None:
+def test_the_regularized_learner_finds_nearest_neighbour_wiring():
     policies = [QLearning(crawler(), seed=seed).learn(800_000).policy for seed in range(1000, 1005)]
     assert sum((policy == np.arange(10)).all() for policy in policies) >= 3

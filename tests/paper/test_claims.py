@@ -1,17 +1,15 @@
 """Verdicts at the borders of their rules, and every claim of the paper on results with planted answers."""
 
 import numpy as np
-import pandas as pd
 import pytest
 
 from crawler_bench.paper.claims import CLAIMS, find_claim, noise_crossover
 from crawler_bench.paper.verdicts import Claim, Kind, Results, Verdict, judge, judge_claims
 from crawler_bench.statistics.estimates import Estimate
+from tests.paper.planted import SEEDS, planted
 
 REPRODUCED, PARTLY, NOT = Verdict.REPRODUCED, Verdict.PARTLY, Verdict.NOT
 NAN = float("nan")
-SEEDS = 8
-OFFSETS = np.linspace(-1, 1, SEEDS)  # of the runs of an experiment; their interquartile mean is 0
 
 
 def a_claim(kind: Kind, paper: float | str = "> 0", measure=None) -> Claim:
@@ -71,30 +69,6 @@ def test_one_run_alone_shows_no_ordering():
     assert judge(a_claim(Kind.ORDERING), Estimate(1, 1, 1, 1)) is not REPRODUCED
 
 
-# What is planted: centre of every column, by experiment.
-NOISES = (0.0, 0.025, 0.1, 0.2, 0.4)
-PLANTED = {
-    "regularized": {
-        "wave_order": 0.9, "contracted_segments": 1.2, "diagonal_distance": 0, "observations": 10,
-        "peak_contraction": 0.33, "waves_per_tau": 0.026, "speed": 0.0056, "speed_moving": 0.0056,
-        "speed_learning_end": 0.0055, "unused_muscles": 0, "pairs_together": 0, "strain_gradient": 0.2,
-        "strain_range": 0.3, "power_periodicity": 0.95, "power_peak_unevenness": 0.05,
-        "power_duration_unevenness": 0.1, "cycle_duration": 38.0,
-        "noisy": (0.0056, 0.0056, 0.0056, 0.0056, 0.0056),
-    },
-    "unregularized": {
-        "wave_order": 0.8, "contracted_segments": 5.0, "diagonal_distance": 7, "observations": 10,
-        "peak_contraction": 0.49, "waves_per_tau": 0.038, "speed": 0.00616, "speed_moving": 0.00672,
-        "speed_learning_end": 0.0066, "unused_muscles": 5, "pairs_together": 4, "strain_gradient": 0.5,
-        "strain_range": 0.4, "power_periodicity": 0.9, "power_peak_unevenness": 0.8,
-        "power_duration_unevenness": 0.7, "cycle_duration": 26.0,
-        "noisy": (0.0062, 0.006, 0.0054, 0.002, 0.001),
-    },
-    "untrained": {"wave_order": 0.02, "speed": 0.001, "noisy": (0.001,) * 5},
-    "alpha_gamma": {"diagonal_distance": 2},
-}  # fmt: skip
-SIDE = {"regularized": 1.0, "unregularized": -1.0, "untrained": 0.5, "alpha_gamma": 0.0}  # of the spread
-
 EXPECTED = {
     "wave": 1, "wave_unregularized": 1, "localized": 1, "nearest_neighbour": 1, "diagonal_entries": 100,
     "peak_contraction": 33, "wave_speed": 0.026, "speed": 0.0056, "tau": 17.3333,
@@ -116,28 +90,6 @@ SURVIVE = {
     "learning_pays", "learning_pays_unregularized", "uncoordinated", "alpha_gamma", "smaller_range",
 }  # fmt: skip
 SPEEDS = {"speed", "speed_third_instar", "speed_first_instar_slow", "speed_first_instar_fast"}  # 10 % apart
-COUNTS = {"diagonal_distance", "observations", "unused_muscles", "pairs_together"}  # do not spread
-
-
-def planted(names: dict[str, str] | None = None) -> Results:
-    """Results with these values; `names` gives experiments the names of others."""
-    runs, evaluations = [], []
-    for experiment, values in PLANTED.items():
-        name = (names or {}).get(experiment, experiment)
-        for seed, offset in enumerate(SIDE[experiment] * OFFSETS):
-            row = {"experiment": name, "seed": seed}
-            for column, value in values.items():
-                if column != "noisy":
-                    row[column] = value * (1 if column in COUNTS else 1 + 0.01 * offset)
-            runs.append(row)
-            for noise, speed in zip(NOISES, values.get("noisy", ()), strict=False):
-                for start, share in enumerate((0.8, 1.2)):  # starts differ; their mean counts
-                    moved = share * speed * (1 + 0.01 * offset)
-                    evaluations.append((name, seed, noise, start, moved))
-    columns = ["experiment", "seed", "noise", "start", "speed"]
-    return Results(pd.DataFrame(runs), pd.DataFrame(evaluations, columns=columns))
-
-
 SWAPPED = {"regularized": "unregularized", "unregularized": "regularized"}
 CLAIM_NAMES = [claim.name for claim in CLAIMS]
 
@@ -164,7 +116,7 @@ def test_a_claim_measures_what_is_planted(name):
 @pytest.mark.parametrize("name", CLAIM_NAMES)
 def test_a_claim_does_not_survive_exchanged_gaits(name):
     claim = find_claim(name)
-    ours = claim.measure(planted(SWAPPED))
+    ours = claim.measure(planted(names=SWAPPED))
     verdict = judge(claim, ours)
     if name in SURVIVE:
         assert verdict is REPRODUCED
@@ -180,12 +132,7 @@ def test_a_claim_does_not_survive_exchanged_gaits(name):
 def test_claims_about_the_untrained_do_not_survive_exchange_with_the_trained(name):
     claim = find_claim(name)
     names = {"regularized": "untrained", "untrained": "regularized"}
-    assert judge(claim, claim.measure(planted(names))) is NOT
-
-
-def test_policies_far_from_the_diagonal_are_not_similar(monkeypatch):
-    monkeypatch.setitem(PLANTED["alpha_gamma"], "diagonal_distance", 3)
-    assert find_claim("alpha_gamma").measure(planted()).value == 0
+    assert judge(claim, claim.measure(planted(names=names))) is NOT
 
 
 @pytest.mark.parametrize(
@@ -196,25 +143,24 @@ def test_policies_far_from_the_diagonal_are_not_similar(monkeypatch):
         ("power_periodic", "regularized", "power_periodicity", 0.7, 0.9),
         ("power_periodic_unregularized", "unregularized", "power_periodicity", 0.7, 0.9),
         ("localized", "regularized", "contracted_segments", 2.2, 1.8),
+        ("alpha_gamma", "alpha_gamma", "diagonal_distance", 3, 2),
     ],
 )
-def test_thresholds_of_shares(claim, experiment, column, fails, holds, monkeypatch):
+def test_thresholds_of_shares(claim, experiment, column, fails, holds):
     for value, share in ((fails, 0), (holds, 1)):
-        monkeypatch.setitem(PLANTED[experiment], column, value)
-        assert find_claim(claim).measure(planted()).value == share
+        assert find_claim(claim).measure(planted({experiment: {column: value}})).value == share
 
 
-def test_a_wave_towards_the_tail_is_none_and_no_lack_of_one(monkeypatch):
-    for experiment in ("regularized", "untrained"):
-        monkeypatch.setitem(PLANTED[experiment], "wave_order", -0.9)
-    assert find_claim("wave").measure(planted()).value == 0
-    assert find_claim("uncoordinated").measure(planted()).value == 0
+def test_a_wave_towards_the_tail_is_none_and_no_lack_of_one():
+    backwards = planted({name: {"wave_order": -0.9} for name in ("regularized", "untrained")})
+    assert find_claim("wave").measure(backwards).value == 0
+    assert find_claim("uncoordinated").measure(backwards).value == 0
 
 
-def test_curves_that_never_cross(monkeypatch):
-    monkeypatch.setitem(PLANTED["unregularized"], "noisy", (0.01,) * 5)
-    assert find_claim("crossing").measure(planted()).value == 0
-    crossing, share = noise_crossover(planted())
+def test_curves_that_never_cross():
+    apart = planted({"unregularized": {"noisy": (0.01,) * 5}})
+    assert find_claim("crossing").measure(apart).value == 0
+    crossing, share = noise_crossover(apart)
     assert np.isnan(crossing.value)
     assert share == 0
 

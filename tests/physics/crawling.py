@@ -53,5 +53,5 @@ def held_at_random(p: CrawlerParameters, hold: int, actions: int, seed: int) -> 
 
 
 def drawn(p: CrawlerParameters, n: int, seed: int = 0) -> list[int]:
-    """Actions drawn anew for each decision."""
+    """Actions drawn at random for each decision."""
     return [int(a) for a in np.random.default_rng(seed).integers(p.n_segments, size=n)]

@@ -10,12 +10,11 @@ from pathlib import Path
 
 import pytest
 
-from crawler_bench import physics
 from crawler_bench.config.schema import EnvironmentConfig, EvaluationConfig, RunConfig
 from crawler_bench.physics.parameters import CHOICES, CrawlerParameters
 from crawler_bench.runs import store
 
-ROOT = Path(physics.__file__).parents[2]
+ROOT = Path(store.__file__).parents[2]
 RUN = RunConfig(agent="random")
 
 
@@ -199,13 +198,13 @@ def test_what_is_not_a_run(tmp_path):
 
 CRAWL = """
 import crawler_bench.physics
-from crawler_bench.runs.store import training_key
 from crawler_bench.config.schema import RunConfig
 from crawler_bench.physics.coefficients import as_record, coefficients, stepping
 from crawler_bench.physics.state import make_memory, nodes_of
 from crawler_bench.physics.stepped import advance
+from crawler_bench.runs.store import training_key
+parameters = crawler_bench.physics.CrawlerParameters(n_segments=4)
 nodes = nodes_of(make_memory(4))
-parameters = crawler_bench.physics.CrawlerParameters(n_segments=4, integrator="step")
 advance(nodes, 2, 2000, as_record(coefficients(parameters)), as_record(stepping(parameters)))
 print(crawler_bench.__file__, training_key(RunConfig(), 0), repr(nodes["displacement"].sum()))
 """

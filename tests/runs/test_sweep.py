@@ -1,6 +1,7 @@
 """Sweeps: resumable, the same however they are run, and honest about failures."""
 
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -153,6 +154,15 @@ def test_a_failing_cell_is_reported_and_stops_nothing(finished, tmp_path, monkey
     assert [path.name for path in (tmp_path / "runs").iterdir()] == [outcomes[3].folder.name]
     runs, _, _ = read_outcomes(outcomes)
     assert list(runs["experiment"]) == ["untrained"]
+
+
+def test_a_damaged_agent_is_named_in_one_line(finished, tmp_path):
+    folder = tmp_path / "run"
+    shutil.copytree(finished[1][0].folder, folder)
+    agent = folder / "agent.json"
+    agent.write_text(agent.read_text()[:1000])
+    with pytest.raises(store.NotARunError, match=r"agent\.json cannot be loaded: is not a saved Q-learning"):
+        evaluation.evaluate(folder, RUN.evaluation.model_copy(update={"seed": 99}))
 
 
 def test_nothing_finished_is_nothing_read():

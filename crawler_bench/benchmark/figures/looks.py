@@ -1,6 +1,6 @@
-"""What the figures of a benchmark share: how each agent looks, and the parts their panels are made of."""
+"""What the figures of a benchmark share: the look of each agent, and parts of panels."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from itertools import cycle, islice
 
@@ -10,12 +10,11 @@ from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from crawler_bench.benchmark.keys import MODES
+from crawler_bench.benchmark.keys import MODES, select
 from crawler_bench.output.style import BLUE, GREY, INK, RED, SPEED_SCALE
 from crawler_bench.statistics import estimates
-from crawler_bench.statistics.estimates import Array
 
-REFERENCES = {"random": (GREY, "--"), "wave": (INK, "-.")}  # lines to hold all others against, where present
+REFERENCES = {"random": (GREY, "--"), "wave": (INK, "-.")}  # lines to compare the others with, where present
 
 # Okabe and Ito's colours without yellow and black, then darker ones of Tol's "muted".
 _HUES = (
@@ -27,14 +26,14 @@ _MARKERS = ("o", "s", "^", "D", "v", "P", "X", "<", ">", "p", "h")
 
 @dataclass(frozen=True)
 class Look:
-    """How the lines of an agent look."""
+    """The lines of an agent."""
 
     colour: str
     marker: str
     dashes: str
 
 
-def looks(agents: Iterable[str]) -> dict[str, Look]:
+def of_agents(agents: Iterable[str]) -> dict[str, Look]:
     """A look for each agent: a variant ("name-something" where there is a "name") is its dashed twin."""
     names = list(dict.fromkeys(agents))
     origin = {name: _origin(name, names) for name in names}
@@ -60,7 +59,7 @@ def _origin(name: str, names: Sequence[str]) -> str:
 
 
 def regularizations(frame: pd.DataFrame) -> list[float]:
-    """All regularizations of a frame, from the least."""
+    """All regularizations of a frame, the least first."""
     return sorted(float(value) for value in frame["regularization"].unique())
 
 
@@ -70,7 +69,7 @@ def regularization_label(value: float) -> str:
 
 
 def regularization_colours(values: Sequence[float]) -> dict[float, str]:
-    """The paper's blue for none and red for the strongest; others are told apart by further colours."""
+    """The paper's blue for none and red for the strongest; further colours for the others."""
     others = iter(islice(cycle(_HUES[2:]), len(values)))
     known = {0.0: BLUE, max(values): RED} if max(values) > 0 else {0.0: BLUE}
     return {value: known.get(value) or next(others) for value in values}
@@ -88,7 +87,7 @@ def modes_of(frame: pd.DataFrame) -> list[tuple[str, str]]:
 
 
 def grid(figure: Figure, count: int, columns: int) -> list[Axes]:
-    """So many panels on common axes, row by row; those on the left and in the last row have numbers."""
+    """`count` panels on common axes, row by row; those on the left and in the last row have numbers."""
     columns = min(columns, count)
     rows = -(-count // columns)
     panels = figure.subplots(rows, columns, squeeze=False, sharex=True, sharey=True).ravel()
@@ -104,33 +103,22 @@ def label_bottom(panels: Sequence[Axes], columns: int, label: str) -> None:
 
 
 def truncate(name: str, length: int = 24) -> str:
-    """A name with its end left out where it is too long for its place."""
+    """A name, cut with an ellipsis if it is longer than `length`."""
     return name if len(name) <= length else name[: length - 1] + "…"
 
 
-def band(axes: Axes, x: Array, values: Sequence[estimates.Estimate], look: Mapping[str, object]) -> None:
-    """A line of estimates with the band of their intervals."""
-    value, low, high = (
-        np.array([getattr(each, part) for each in values]) for part in ("value", "low", "high")
-    )
-    axes.fill_between(x, low, high, color=str(look["color"]), alpha=0.18, lw=0)
-    axes.plot(x, value, **look)  # type: ignore[arg-type]
-
-
 def draw_references(axes: Axes, runs: pd.DataFrame, *, vertical: bool = False) -> None:
-    """Dashed lines at the speed of the agents that stand for not having learned, where there are any."""
+    """Draw dashed lines at the speed of the reference agents that are present."""
     for name, (colour, dashes) in REFERENCES.items():
-        speeds = runs.loc[runs["agent"] == name, "speed"].to_numpy(np.float64)
-        value = (
-            estimates.interquartile_mean(speeds[np.isfinite(speeds)]) * SPEED_SCALE if speeds.size else np.nan
-        )
-        if np.isfinite(value):
+        speeds = select(runs, agent=name)["speed"].dropna().to_numpy(np.float64)
+        if speeds.size:
+            middle = float(estimates.interquartile_mean(speeds)) * SPEED_SCALE
             line = axes.axvline if vertical else axes.axhline
-            line(float(value), color=colour, ls=dashes, lw=1.2, zorder=0.5, label=name)
+            line(middle, color=colour, ls=dashes, lw=1.2, zorder=0.5, label=name)
 
 
 def legend(figure: Figure, panels: Iterable[Axes], columns: int) -> None:
-    """What stands in the panels, each name once, explained below the figure."""
+    """Explain what the panels hold, each name once, below the figure."""
     named: dict[str, Artist] = {}
     for axes in panels:
         for handle, name in zip(*axes.get_legend_handles_labels(), strict=True):

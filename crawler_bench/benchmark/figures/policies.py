@@ -1,4 +1,4 @@
-"""What each agent of a benchmark learned: its policy as a matrix, the gait it leads to, and traps."""
+"""What each agent of a benchmark learned: its policy as a matrix, its gait, and traps."""
 
 from collections.abc import Mapping
 
@@ -10,46 +10,27 @@ from matplotlib.figure import Figure
 from matplotlib.image import AxesImage
 from matplotlib.lines import Line2D
 
-from crawler_bench.benchmark.figures.looks import grid, label_bottom, modes_of, regularizations, truncate
-from crawler_bench.benchmark.keys import action_columns
+from crawler_bench.benchmark.figures import looks
+from crawler_bench.benchmark.keys import GROUP, action_columns, select
 from crawler_bench.gait import metrics
 from crawler_bench.gait.record import Array, Record
+from crawler_bench.output import style
 from crawler_bench.output.kymographs import GAIT_DURATION
-from crawler_bench.output.style import (
-    GREEN,
-    INK,
-    ORANGE,
-    SPEED_SCALE,
-    SPEED_UNIT,
-    STRAIN_LABEL,
-    TIME_LABEL,
-    new_figure,
-    part_ticks,
-    show_missing,
-    strain_kymograph,
-    tidy,
-)
 from crawler_bench.statistics import estimates
 
-PROBABILITY = LinearSegmentedColormap.from_list("probability", ["#ffffff", "#bfe3d3", "#4fa886", GREEN])
+PROBABILITY = LinearSegmentedColormap.from_list("probability", ["#ffffff", "#bfe3d3", "#4fa886", style.GREEN])
 TRAPPED = LinearSegmentedColormap.from_list("trapped", ["#ffffff", "#c9c9c9", "#4d4d4d"])
 _WIDTH = 6  # matrices in a row
 
 
 def policy_matrices(tables: pd.DataFrame, runs: pd.DataFrame) -> Figure:
-    """The mean policy of every agent, mode and regularization; regularizations of an agent side by side.
-
-    Args:
-        tables: one row per run, mode and observation: agent, mode, regularization, seed, observation and p_0,
-            p_1 ... the probability of each action.
-        runs: one row per run: agent, mode, regularization, seed, speed (L / tau_theta).
-    """
-    pairs, values = modes_of(tables), regularizations(tables)
+    """The mean policy of every agent, mode and regularization; regularizations of an agent side by side."""
+    pairs, values = looks.modes_of(tables), looks.regularizations(tables)
     across = max(1, min(_WIDTH // len(values), len(pairs)))
     columns, rows = across * len(values), -(-len(pairs) // across)
     height = 2.7 * rows + 1.5
-    title = rf"Which neuron each policy turns ON, mean over runs (speed in {SPEED_UNIT})"
-    figure = new_figure(max(2.15 * columns + 1.3, 7.5), height, title)
+    title = rf"Which neuron each policy turns ON, mean over runs (speed in {style.SPEED_UNIT})"
+    figure = style.new_figure(max(2.15 * columns + 1.3, 7.5), height, title)
     panels = figure.subplots(rows, columns, squeeze=False)
     image = None
     for place in range(rows * across):
@@ -57,19 +38,15 @@ def policy_matrices(tables: pd.DataFrame, runs: pd.DataFrame) -> Figure:
         for axes, value in zip(panels[row, left : left + len(values)], values, strict=True):
             chosen = tables.iloc[:0]
             if place < len(pairs):
-                chosen, of_runs = (
-                    frame[
-                        (frame["agent"] == pairs[place][0])
-                        & (frame["mode"] == pairs[place][1])
-                        & (frame["regularization"] == value)
-                    ]
-                    for frame in (tables, runs)
-                )
+                group = dict(zip(GROUP, (*pairs[place], value), strict=True))
+                chosen, of_runs = select(tables, **group), select(runs, **group)
             if chosen.empty:
                 axes.remove()
                 continue
-            image = _draw_mean(axes, chosen)
-            axes.set_title(_title(pairs[place], value, chosen, of_runs), loc="left", fontsize=8, color=INK)
+            # The root separates a probability close to that of random action from none at all.
+            image = _matrix(axes, _mean_table(chosen), PROBABILITY, PowerNorm(0.5, 0, 1))
+            said = _title(pairs[place], value, chosen, of_runs)
+            axes.set_title(said, loc="left", fontsize=8, color=style.INK)
             axes.tick_params(labelsize=7)
             if row == rows - 1:
                 axes.set_xlabel("action: neuron ON", fontsize=9)
@@ -90,49 +67,39 @@ def _mean_table(tables: pd.DataFrame) -> Array:
     return tables.groupby("observation")[probabilities].mean().to_numpy(np.float64)
 
 
-def _draw_mean(axes: Axes, tables: pd.DataFrame) -> AxesImage:
-    table = _mean_table(tables)
-    # The root tells a probability that is nearly that of random action from none at all.
-    return _matrix(axes, table, PROBABILITY, PowerNorm(0.5, 0, 1))
-
-
 def _title(pair: tuple[str, str], value: float, tables: pd.DataFrame, runs: pd.DataFrame) -> str:
     off = metrics.off_diagonal(_mean_table(tables))
-    speed = estimates.estimate(runs["speed"].to_numpy(np.float64) * SPEED_SCALE).value
+    speed = estimates.estimate(runs["speed"].to_numpy(np.float64) * style.SPEED_SCALE).value
     seeds = tables["seed"].nunique()
-    said = f"{truncate(pair[0])}\n{pair[1]}, ε = {value:g}, n = {seeds}\noff the diagonal {off:.2f}"
+    said = f"{looks.truncate(pair[0])}\n{pair[1]}, ε = {value:g}, n = {seeds}\noff the diagonal {off:.2f}"
     return said + (f", speed {speed:.1f}" if np.isfinite(speed) else "")
 
 
 def _matrix(axes: Axes, table: Array, colours: LinearSegmentedColormap, norm: PowerNorm) -> AxesImage:
-    """A matrix with its diagonal outlined."""
+    """Draw a matrix with its diagonal outlined."""
     n = len(table)
     image = axes.imshow(table, cmap=colours, norm=norm, interpolation="nearest")
     corners: Array = np.repeat(np.arange(n + 1) - 0.5, 2)
     for x, y in ((corners[1:], corners[:-1]), (corners[:-1], corners[1:])):
-        axes.plot(x, y, color=ORANGE, lw=1)
-    axes.set(xticks=part_ticks(n), yticks=part_ticks(n), xlim=(-0.5, n - 0.5), ylim=(n - 0.5, -0.5))
+        axes.plot(x, y, color=style.ORANGE, lw=1)
+    style.square(axes, n)
     return image
 
 
 def _explain_diagonal(figure: Figure) -> None:
     line = Line2D(
-        [], [], color=ORANGE, lw=1.2, label="the wave: action = observation (nearest-neighbour wiring)"
+        [], [], color=style.ORANGE, lw=1.2, label="the wave: action = observation (nearest-neighbour wiring)"
     )
     figure.legend(handles=[line], loc="outside lower center", fontsize=9, frameon=False)
 
 
 def trap_matrix(shares: Array) -> Figure:
-    """Which pairs of an observation and an action stop the body.
-
-    Args:
-        shares: (N, N) of `crawler_bench.benchmark.temperature.traps`.
-    """
-    figure = new_figure(6.2, 6, "Traps: which neuron, held, stops the body where it is")
+    """Which pairs of an observation and an action stop the body, from the (N, N) shares of `traps`."""
+    figure = style.new_figure(6.2, 6, "Traps: which neuron, held, stops the body where it is")
     axes = figure.add_subplot()
     image = _matrix(axes, shares, TRAPPED, PowerNorm(1, 0, 1))
     count = int((shares >= 0.5).sum())
-    tidy(axes, f"{count} of {shares.size} pairs stop it from most starts")
+    style.tidy(axes, f"{count} of {shares.size} pairs stop it from most starts")
     axes.set_xlabel("action: neuron that stays ON (0: head)")
     axes.set_ylabel("observation: most contracted segment (0: head)")
     figure.colorbar(image, ax=axes, label="share of starts after which it stays there", shrink=0.8)
@@ -141,34 +108,24 @@ def trap_matrix(shares: Array) -> Figure:
 
 
 def gaits(records: Mapping[str, Record]) -> Figure:
-    """The strain of every segment against time, a representative run of each agent.
-
-    Args:
-        records: of the settled gaits; of each the first 120 tau_theta are shown, counted from 0.
-    """
+    """The strain of every segment against time, in the first 120 tau_theta of each settled gait."""
     shown = {name: record.before(record.time[0] + GAIT_DURATION) for name, record in records.items()}
     columns = min(3, max(len(shown), 1))
     rows = -(-max(len(shown), 1) // columns)
-    figure = new_figure(
-        max(4.1 * columns + 1, 6.5), 2 * rows + 1.3, f"Gaits: strain of each segment (speed in {SPEED_UNIT})"
-    )
-    panels = grid(figure, max(len(shown), 1), columns)
+    title = f"Gaits: strain of each segment (speed in {style.SPEED_UNIT})"
+    figure = style.new_figure(max(4.1 * columns + 1, 6.5), 2 * rows + 1.3, title)
+    panels = looks.grid(figure, max(len(shown), 1), columns)
     if not shown:
-        show_missing(panels[0], "no gait")
+        style.show_missing(panels[0], "no gait")
         return figure
     strains = np.concatenate([record.strain.ravel() for record in shown.values()])
     for axes, (name, record) in zip(panels, shown.items(), strict=True):
-        image = strain_kymograph(axes, record.time - record.time[0], record.strain)
+        image = style.strain_kymograph(axes, record.time - record.time[0], record.strain)
         axes.set_ylabel("")
-        said = f"{truncate(name, 38)}: speed {metrics.speed(record) * SPEED_SCALE:.1f}"
-        axes.set_title(said, loc="left", fontsize=9, color=INK)
+        said = f"{looks.truncate(name, 38)}: speed {metrics.speed(record) * style.SPEED_SCALE:.1f}"
+        axes.set_title(said, loc="left", fontsize=9, color=style.INK)
         axes.set_xlim(0, max(each.time[-1] - each.time[0] for each in shown.values()))
-    label_bottom(panels, columns, TIME_LABEL)
+    looks.label_bottom(panels, columns, style.TIME_LABEL)
     figure.supylabel("segment (1: head)", fontsize=10)
-    below, above = strains.min() < image.norm.vmin, strains.max() > image.norm.vmax
-    extend = {(0, 0): "neither", (1, 0): "min", (0, 1): "max", (1, 1): "both"}[bool(below), bool(above)]
-    bar = figure.colorbar(
-        image, ax=panels, label=STRAIN_LABEL, extend=extend, pad=0.015, aspect=25, shrink=min(1, 1.6 / rows)
-    )
-    bar.outline.set_visible(False)
+    style.colour_bar(panels, image, style.STRAIN_LABEL, strains, aspect=25, shrink=min(1, 1.6 / rows))
     return figure

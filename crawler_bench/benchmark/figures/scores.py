@@ -1,4 +1,4 @@
-"""How fast each agent's frozen policy crawls, and how long a cycle of its gait takes."""
+"""Dots of a `Benchmark`: how fast each frozen policy crawls, and how long a cycle of its gait takes."""
 
 from collections.abc import Iterator
 
@@ -8,43 +8,32 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from crawler_bench.benchmark.figures.looks import (
-    REFERENCES,
-    draw_references,
-    modes_of,
-    regularization_label,
-    regularizations,
-    truncate,
-)
-from crawler_bench.benchmark.keys import MODES
-from crawler_bench.output.style import BLUE, INK, ORANGE, SPEED_LABEL, SPEED_SCALE, new_figure, tidy
+from crawler_bench.benchmark.figures import looks
+from crawler_bench.benchmark.keys import DETERMINISTIC, STOCHASTIC, select
+from crawler_bench.output import style
 from crawler_bench.statistics import estimates
 from crawler_bench.statistics.estimates import Array
 
-MODE_LOOKS = {MODES[0]: (BLUE, "o"), MODES[1]: (ORANGE, "D")}
+MODE_LOOKS = {DETERMINISTIC: (style.BLUE, "o"), STOCHASTIC: (style.ORANGE, "D")}
 _OTHER_MODE = ("#009E73", "s")
-_SMOOTHING = 0.6  # tau_theta, least width of the kernel of a distribution of durations
+_SMOOTHING = 0.6  # tau_theta, least width of the kernel of a density
 
 
 def speeds(runs: pd.DataFrame) -> Figure:
-    """Speed of every agent's frozen policy, in every mode.
-
-    Args:
-        runs: one row per run: agent, mode, regularization, seed, speed (L / tau_theta).
-    """
+    """Speed of every agent's frozen policy, in every mode."""
     figure, panels, rows = _rows(runs, "Speed of the frozen policies, without noise")
-    for axes, value in zip(panels, regularizations(runs), strict=True):
-        tidy(axes, regularization_label(value).capitalize())
-        axes.set_xlabel(SPEED_LABEL)
-        here = runs[runs["regularization"] == value]
-        draw_references(axes, here, vertical=True)
+    for axes, value in zip(panels, looks.regularizations(runs), strict=True):
+        style.tidy(axes, looks.regularization_label(value).capitalize())
+        axes.set_xlabel(style.SPEED_LABEL)
+        here = select(runs, regularization=value)
+        looks.draw_references(axes, here, vertical=True)
         for (agent, mode), row in rows.items():
-            chosen = here[(here["agent"] == agent) & (here["mode"] == mode)].sort_values("seed")
-            _dots(axes, chosen["speed"].to_numpy(np.float64) * SPEED_SCALE, row, mode)
-        axes.set_xlim(left=1.05 * min(0.0, float(runs["speed"].min()) * SPEED_SCALE))
-    present = [name for name in REFERENCES if name in set(runs["agent"])]
+            chosen = select(here, agent=agent, mode=mode).sort_values("seed")
+            _dots(axes, chosen["speed"].to_numpy(np.float64) * style.SPEED_SCALE, row, mode)
+        axes.set_xlim(left=1.05 * min(0.0, float(runs["speed"].min()) * style.SPEED_SCALE))
+    present = [name for name in looks.REFERENCES if name in set(runs["agent"])]
     lines = [
-        Line2D([], [], color=REFERENCES[name][0], ls=REFERENCES[name][1], label=f"{name} (IQM)")
+        Line2D([], [], color=looks.REFERENCES[name][0], ls=looks.REFERENCES[name][1], label=f"{name} (IQM)")
         for name in present
     ]
     _explain(figure, runs, lines)
@@ -52,24 +41,18 @@ def speeds(runs: pd.DataFrame) -> Figure:
 
 
 def cycle_durations(cycles: pd.DataFrame, runs: pd.DataFrame) -> Figure:
-    """How long a wave of contraction takes through the body, of the agents that have waves.
+    """How long a wave of contraction takes through the body, for the agents that have waves.
 
-    Args:
-        cycles: one row per cycle: agent, mode, regularization, seed, duration (tau_theta).
-        runs: one row per run: agent, mode, regularization, seed; names the agents that have no cycle, too.
+    The runs name the agents that have none.
     """
     figure, panels, rows = _rows(runs, "Duration of a cycle: one wave of contraction through the body")
-    for axes, value in zip(panels, regularizations(runs), strict=True):
-        tidy(axes, f"{regularization_label(value).capitalize()}; right: runs with a wave, of all")
+    for axes, value in zip(panels, looks.regularizations(runs), strict=True):
+        style.tidy(axes, f"{looks.regularization_label(value).capitalize()}; right: runs with a wave, of all")
         axes.set_xlabel(r"duration of a cycle ($\tau_\theta$)")
         axes.set_xlim(0, _longest(cycles) * 1.05)
         for (agent, mode), row in rows.items():
-            run, cycle = (
-                frame[
-                    (frame["agent"] == agent) & (frame["mode"] == mode) & (frame["regularization"] == value)
-                ]
-                for frame in (runs, cycles)
-            )
+            group = {"agent": agent, "mode": mode, "regularization": value}
+            run, cycle = select(runs, **group), select(cycles, **group)
             if run.empty:
                 continue
             _say(axes, 1.01, row, f"{cycle['seed'].nunique()}/{run['seed'].nunique()}")
@@ -78,26 +61,24 @@ def cycle_durations(cycles: pd.DataFrame, runs: pd.DataFrame) -> Figure:
                 continue
             _violin(axes, cycle["duration"].to_numpy(np.float64), row, mode)
             _dots(axes, cycle.groupby("seed")["duration"].mean().to_numpy(np.float64), row, mode)
-    _explain(figure, runs, [Line2D([], [], color=INK, alpha=0.25, lw=7, label="all cycles")])
+    _explain(figure, runs, [Line2D([], [], color=style.INK, alpha=0.25, lw=7, label="all cycles")])
     return figure
 
 
 def _rows(runs: pd.DataFrame, title: str) -> tuple[Figure, list[Axes], dict[tuple[str, str], float]]:
-    """One panel per regularization with one row per agent, its modes close together; where each mode's row
-    is.
-    """
+    """One panel per regularization with one row per agent and mode, and the height of each row."""
     rows, ticks, place = {}, {}, 0.0
     for agent, modes in _by_agent(runs):
         at = place + np.arange(len(modes)) * 0.75
         rows.update({(agent, mode): float(y) for mode, y in zip(modes, at, strict=True)})
         ticks[agent], place = float(at.mean()), float(at[-1]) + 1.15
-    values = regularizations(runs)
-    figure = new_figure(2.2 + 4.6 * len(values), 2.1 + 0.36 * place, title)
+    values = looks.regularizations(runs)
+    figure = style.new_figure(2.2 + 4.6 * len(values), 2.1 + 0.36 * place, title)
     panels = list(figure.subplots(1, len(values), squeeze=False, sharex=True, sharey=True)[0])
     for axes in panels:
         axes.set(
             yticks=list(ticks.values()),
-            yticklabels=[truncate(name) for name in ticks],
+            yticklabels=[looks.truncate(name) for name in ticks],
             ylim=(place - 0.5, -0.65),
         )
         for one, other in zip(list(rows)[:-1], list(rows)[1:], strict=True):
@@ -108,24 +89,21 @@ def _rows(runs: pd.DataFrame, title: str) -> tuple[Figure, list[Axes], dict[tupl
 
 
 def _by_agent(runs: pd.DataFrame) -> Iterator[tuple[str, list[str]]]:
-    pairs = modes_of(runs)
+    pairs = looks.modes_of(runs)
     for agent in dict(pairs):
         yield agent, [mode for name, mode in pairs if name == agent]
 
 
 def _dots(axes: Axes, values: Array, row: float, mode: str) -> None:
-    """One dot per run, and their interquartile mean with its interval."""
+    """Draw one dot per run, and their interquartile mean with its interval."""
     colour, marker = MODE_LOOKS.get(mode, _OTHER_MODE)
-    shift = 0.13 * (np.arange(values.size) % 3 - 1)  # so that equal runs are told apart
+    shift = 0.13 * (np.arange(values.size) % 3 - 1)  # to separate equal runs
     axes.plot(values, row + shift, ls="", marker=marker, ms=4.5, color=colour, alpha=0.5, mew=0)
-    middle = estimates.estimate(values)
-    if middle.n:
-        bar = ([middle.value - middle.low], [middle.high - middle.value])
-        axes.errorbar(middle.value, row, xerr=bar, color=INK, marker="|", ms=13, capsize=3, lw=1.2, zorder=3)
+    style.mark_middle(axes, estimates.estimate(values), row, ms=13)
 
 
 def _violin(axes: Axes, durations: Array, row: float, mode: str) -> None:
-    """The distribution of all cycles, as high at its peak as a row allows."""
+    """Draw the density of all cycles, as high at its peak as a row allows."""
     width = max(_SMOOTHING, 0.9 * float(durations.std()) * durations.size**-0.2)
     at: Array = np.linspace(max(durations.min() - 3 * width, 0), durations.max() + 3 * width, 400)
     density = np.exp(-0.5 * ((at[:, None] - durations) / width) ** 2).sum(axis=1)
@@ -139,18 +117,18 @@ def _longest(cycles: pd.DataFrame) -> float:
 
 
 def _say(axes: Axes, x: float, row: float, text: str) -> None:
-    style = "italic" if x < 1 else "normal"
+    slant = "italic" if x < 1 else "normal"
     place = axes.get_yaxis_transform()
-    axes.text(x, row, text, transform=place, va="center", fontsize=8, color=INK, style=style)
+    axes.text(x, row, text, transform=place, va="center", fontsize=8, color=style.INK, style=slant)
 
 
 def _explain(figure: Figure, runs: pd.DataFrame, more: list[Line2D]) -> None:
     handles = [
         Line2D([], [], ls="", marker=marker, color=colour, alpha=0.6, mew=0, label=f"a run, {mode}")
-        for mode in dict.fromkeys(mode for _, mode in modes_of(runs))
+        for mode in dict.fromkeys(mode for _, mode in looks.modes_of(runs))
         for colour, marker in [MODE_LOOKS.get(mode, _OTHER_MODE)]
     ]
-    mean = Line2D([], [], color=INK, marker="|", ms=11, label="interquartile mean, 95 % interval")
+    mean = Line2D([], [], color=style.INK, marker="|", ms=11, label="interquartile mean, 95 % interval")
     handles += [mean, *more]
     figure.legend(
         handles=handles, loc="outside lower center", ncols=min(len(handles), 3), fontsize=9, frameon=False

@@ -31,7 +31,8 @@ def inner_kernel(function: Callable[Arguments, Result]) -> Callable[Arguments, R
 
     Numba counts them, with an atomic instruction each, where it cannot prove that they do not change; in a
     loop over a few nodes that takes longer than the physics. The option is numba's own; should it go, leave
-    it out.
+    it out. Only an inner kernel may be given an array back by an inner kernel (a view, as by `parts`): any
+    other would count one reference too few, and free memory that is in use.
     """
     return _compile(function, _nrt=False, forceinline=False)
 

@@ -53,7 +53,7 @@ def position(node: Node, now: Response) -> float:
 
 @inner_kernel
 def initialize(nodes: Nodes, clock: Clock, k: Coefficients) -> None:
-    """Begin the trajectory of a crawler of which only the state is known; the epoch is now."""
+    """Begin the trajectory of a crawler from its state alone; the epoch is now."""
     for node in nodes:
         node.displacement_at_epoch = node.displacement
         node.cotangent_at_epoch = cotangent(node.neuron)
@@ -118,7 +118,7 @@ def set_margin(nodes: Nodes, i: int) -> None:
     """Find what keeps node i in its slip state.
 
     Of a stuck node, the force that holds it, as its terms; of a sliding one, its velocity in its direction,
-    times c, of which the constant term goes as e_c.
+    times c, whose constant term goes as e_c.
     """
     node = nodes[i]
     if node.slip == STUCK:

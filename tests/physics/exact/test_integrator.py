@@ -145,7 +145,7 @@ def test_equal_time_constants_are_the_limit_of_near_ones() -> None:
 
 @pytest.mark.parametrize("reading", READINGS, ids=str)
 def test_the_trajectory_is_that_of_the_state(reading: dict[str, Any]) -> None:
-    """A crawler of which only the state is known goes on like one that has kept its trajectory."""
+    """A crawler known by its state alone goes on like one that has kept its trajectory."""
     p = CrawlerParameters(**reading)
     crawler = Crawler(p)
     for action in drawn(p, 60):

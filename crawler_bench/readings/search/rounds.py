@@ -1,9 +1,11 @@
 """Search the joint space of readings for one that tells the paper's story with few constants of our own.
 
 1. *Trials*: Optuna's TPE proposes readings, for two objectives: the distance to the paper, which is the score
-   plus the mean distance of the core claims, and the number of free constants. Many processes ask and tell
-   through one journal file, so the search goes on after an interruption, on as many cores as there are.
-   Hopeless trials end early, see `trial.py`.
+   plus the mean distance of the core claims and of a wave put in by hand, so that hopeless trials show a way
+   out, too; and the number of free constants. Every second trial is drawn at random, so that the map of what
+   can be had is not only of where the sampler went. Many processes ask and tell through one journal file, so
+   the search goes on after an interruption, on as many cores as there are. Hopeless trials end early, see
+   `trial.py`.
 2. *Again*: the best trials by the rule of `scoring.py`, on seeds that no trial has seen.
 3. *Finals*: the best of those, on more seeds that nothing has seen. Shares of runs are known well there, so a
    core claim has to be reproduced by its verdict, not only to be within one tolerance; and random action may
@@ -33,8 +35,8 @@ from crawler_bench.paper.verdicts import Verdict, judge
 from crawler_bench.readings.catalogue import Reading
 from crawler_bench.readings.laboratory import REGULARIZED, UNREGULARIZED
 from crawler_bench.readings.scoring import CAP, CORE, NUMBER_TOLERANCE, SCALE
-from crawler_bench.readings.space import draw, proposal
-from crawler_bench.readings.trial import UNTRAINED, Trial, try_reading
+from crawler_bench.readings.search.space import draw, proposal
+from crawler_bench.readings.search.trial import UNTRAINED, Trial, try_reading
 from crawler_bench.statistics.estimates import Estimate
 
 STUDY = "readings"
@@ -101,7 +103,9 @@ def _work(
 ) -> None:
     """Ask for, run and tell a few trials."""
     study = _study(journal, seed)
-    for _ in range(trials):
+    samplers = study.sampler, optuna.samplers.RandomSampler(seed=_SEED + seed)
+    for number in range(trials):
+        study.sampler = samplers[number % 2]
         asked = study.ask()
         reading = Reading(f"trial-{asked.number:04d}", "search", draw(asked))
         try:
@@ -150,7 +154,7 @@ def row(trial: Trial, bases: Mapping[str, RunConfig]) -> dict[str, Any]:
     return {
         "reading": trial.reading.name,
         "score": trial.score.value,
-        "distance": trial.score.value + _core_distance(trial, ratio),
+        "distance": trial.score.value + _core_distance(trial, ratio) + CAP * trial.wave_off,
         "free": len(free),
         "free_constants": " ".join(free),
         "within": trial.score.within and not trial.stopped,

@@ -1,0 +1,52 @@
+"use strict";
+// Written by crawler_bench/report/playground.py from the package's own defaults.
+const DEFAULTS = {
+  "parameters": {
+    "n_segments": 10,
+    "damping": 3.5,
+    "tau_m": 1.0,
+    "tau_f": 0.7,
+    "muscle_force_max": 1.0,
+    "friction_forward": 0.3,
+    "friction_backward": 9.0,
+    "friction_law": "table",
+    "head_muscle": "reaction",
+    "spike_phase": "pi",
+    "neuron_rate": 2.0,
+    "spike_gain": 2.0,
+    "observation": "most_contracted",
+    "decision_interval": 0.2
+  },
+  "choices": {
+    "friction_law": [
+      "table",
+      "literal"
+    ],
+    "head_muscle": [
+      "reaction",
+      "external",
+      "none"
+    ],
+    "spike_phase": [
+      "pi",
+      "2pi"
+    ],
+    "observation": [
+      "most_contracted",
+      "most_stretched"
+    ]
+  },
+  "learner": {
+    "learning_rate": 0.05,
+    "discount": 0.95,
+    "initial_q": 0.2,
+    "regularization": 0.01,
+    "episode_distance": 2.0,
+    "time_limit": 1000.0
+  },
+  "policies": {
+    "regularized": "0123456789",
+    "unregularized": "7207345679",
+    "fastest": "8688900245"
+  }
+};
