@@ -14,12 +14,17 @@ from crawler_bench.physics.stepped import advance
 from crawler_bench.physics.tolerances import EVENT
 
 
+def plain(kernel: Any) -> Any:
+    """The Python of a kernel, with the compiler on or off."""
+    return getattr(kernel, "py_func", kernel)
+
+
 class Crawler:
     """One crawler at rest, with its parts by name."""
 
     def __init__(self, p: CrawlerParameters, tolerance: float = EVENT) -> None:
         self.memory = make_memory(p.n_segments)
-        _, clocks, self.nodes = parts.py_func(self.memory)  # type: ignore[attr-defined]
+        _, clocks, self.nodes = plain(parts)(self.memory)
         self.clock = clocks[0]
         self.k: Any = as_record(coefficients(p, tolerance))
         self.s: Any = as_record(stepping(p))

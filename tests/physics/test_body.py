@@ -163,6 +163,23 @@ def test_the_forward_limit_is_sharp(excess: float, state: float) -> None:
     assert answer.v[0] == pytest.approx(max(excess, 0.0) / STIFFNESS, abs=1e-15)
 
 
+@pytest.mark.parametrize("way", [1.0, -1.0])
+def test_a_rigid_motion_is_the_middle_of_those_that_friction_allows(way: float) -> None:
+    """Limits 0.3 both ways and stiffness 1: nodes 0 and 1 move apart at 2 - 0.6 = 1.4, so at 0.7 each way."""
+    g = np.array([1.0, -1.0]) * way
+    answer = balance(2.0 * g - 0.6 * g, (0.3, 0.3), np.array([way, -way]), 1.0)
+    np.testing.assert_allclose(answer.v, [0.55 * way, -0.55 * way], atol=1e-12)
+
+
+@pytest.mark.parametrize("imbalance", [0.0, 1e-15, 1e-6, -1e-6])
+def test_forces_out_of_balance_stop_a_node_and_rounding_does_not(imbalance: float) -> None:
+    """Both nodes may slide only if their forces cancel, up to rounding."""
+    answer = balance(np.array([2.0 + imbalance, -2.0]), (0.3, 0.3), np.array([FORWARD, BACKWARD]), 1.0)
+    both = [FORWARD, BACKWARD]
+    stopped = [FORWARD, STUCK] if imbalance > 0.0 else [STUCK, BACKWARD]
+    assert answer.slip.tolist() == (both if abs(imbalance) < 1e-12 else stopped)
+
+
 @pytest.mark.parametrize("guess", GUESSES)
 def test_a_node_slips_backward_where_its_hold_is_weaker_than_what_it_pulls(guess: str) -> None:
     """By hand, with stiffness 1: v = (-2 + 0.4, 0, 1 - 0.3), and node 1 is held with 1 - 1.6 + 0.7 = 0.1."""

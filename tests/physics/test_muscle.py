@@ -19,7 +19,9 @@ from scipy.integrate import quad
 from crawler_bench.physics import CrawlerParameters
 from crawler_bench.physics.as_printed import drive
 from crawler_bench.physics.muscle import follow, relax_muscle
-from tests.physics.crawling import crawl
+from crawler_bench.physics.neuron import NO_SPIKE
+from crawler_bench.physics.stepped import step_muscle
+from tests.physics.crawling import Crawler, crawl
 
 TIMES = st.floats(1e-3, 10.0)
 TAUS = st.floats(0.05, 5.0)
@@ -110,6 +112,27 @@ def test_a_muscle_left_alone_ends_at_exactly_zero() -> None:
     for _ in range(100):
         F, f = relax_muscle(F, f, 10.0, 1.0, 0.7, 1.0)
     assert (F, f) == (0.0, 0.0)
+
+
+def test_a_small_drive_decays_and_is_not_cut_off() -> None:
+    """What is flushed to zero is far below anything that moves a muscle."""
+    F, f = relax_muscle(1e-150, 1e-150, 1.0, 1.0, 1.0, 1.0)
+    assert F == pytest.approx(1e-150 * exp(-1.0), rel=1e-12)
+    assert f == pytest.approx(2e-150 * exp(-1.0), rel=1e-12)
+    assert relax_muscle(1e-220, 1e-220, 1.0, 1.0, 1.0, 1.0) == (0.0, 0.0)
+
+
+@pytest.mark.parametrize("steps", [1, 7])
+@pytest.mark.parametrize("drive_now", [0.9, 1.0, 1.0 + 1e-12, 1.005, 1.4, 3.0])
+def test_known_exponentials_are_those_of_a_relaxation(drive_now: float, steps: int) -> None:
+    """On either side of the limiter, at it and through it: a fall is not put off to the end of a step."""
+    crawler = Crawler(CrawlerParameters(tau_m=0.4))
+    node, k, s = crawler.nodes[0], crawler.k, crawler.s
+    node.drive, node.force = drive_now, 0.3
+    for _ in range(steps):
+        step_muscle(node, NO_SPIKE, k, s)
+    expected = relax_muscle(drive_now, 0.3, steps * s.dt, k.tau_m, k.tau_f, k.force_max)
+    assert (node.drive, node.force) == pytest.approx(expected, rel=1e-13)
 
 
 def muscle_history(p: CrawlerParameters, actions: list[int]) -> NDArray[np.float64]:

@@ -144,3 +144,4 @@ def test_arriving_at_two_pi_with_the_end_of_a_step_is_one_spike(rate: float, fra
     assert [first, second].count(NO_SPIKE) == 1
     assert V == pytest.approx(0.0, abs=1e-12)
     assert first == NO_SPIKE or first == pytest.approx(dt, rel=1e-12)
+    assert first <= dt  # a spike after its step would be lost

@@ -97,6 +97,14 @@ def test_friction_has_to_hold_an_external_head_muscle(weak: dict[str, float]) ->
         CrawlerParameters(head_muscle=other, **weak)
 
 
+@pytest.mark.parametrize("n_segments", [3, 10])
+def test_every_node_holds_an_external_head_muscle(n_segments: int) -> None:
+    """There is one node more than segments, and all hold at once."""
+    least = 1.0 / (n_segments + 1)
+    CrawlerParameters(n_segments=n_segments, head_muscle="external", friction_forward=1.001 * least)
+    refusal(n_segments=n_segments, head_muscle="external", friction_forward=0.999 * least)
+
+
 def test_the_literal_law_is_strong_enough_for_an_external_head_muscle() -> None:
     assert (
         CrawlerParameters(n_segments=2, head_muscle="external", friction_law="literal").forward_limit == 9.0

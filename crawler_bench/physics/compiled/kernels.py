@@ -12,7 +12,7 @@ from crawler_bench.physics.compiled.cache import cache_folder
 Arguments = ParamSpec("Arguments")
 Result = TypeVar("Result")
 
-SECONDS = 10  # about how long it takes to compile what a first decision needs
+SECONDS = 15  # about how long it takes to compile what a first decision needs
 
 config: Any = numba.config  # a module that numba fills while it is imported
 njit: Any = numba.njit  # its declared type lacks an option used here

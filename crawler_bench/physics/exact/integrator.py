@@ -56,8 +56,8 @@ def cross_decision(nodes: Nodes, clock: Clock, action: int, k: Coefficients) -> 
     q = turn_on(nodes[action], now.time, k)
     q_also = turn_on(nodes[also_on], now.time, k) if also_on != action else q
     excitation = next_excitation(nodes)
-    slip = find_slip_times(nodes, 0, tail, now, end, False, k)
-    events, idle = 0, 0
+    low, high, events, idle = 0, tail, 0, 0
+    slip = find_slip_times(nodes, low, high, now, end, idle > 2 * tail, k)
     most = int(MOST_EVENTS * nodes.size * (1.0 + k.decision))
     in_one_epoch = True
     while True:
@@ -78,8 +78,7 @@ def cross_decision(nodes: Nodes, clock: Clock, action: int, k: Coefficients) -> 
             begin_epoch(nodes, clock, now, k)
             excitation -= time
             end = respond(end.time - time, k.times)
-            now, idle = START, 0
-            low, high = 0, tail
+            now, idle, low, high = START, 0, 0, tail
         else:
             if slip.time < excitation:
                 changed = slip.node

@@ -15,7 +15,7 @@ from crawler_bench.physics.exact import integrator
 from crawler_bench.physics.exact.integrator import cross_decision
 from crawler_bench.physics.integration import act
 from crawler_bench.physics.state import STATE
-from tests.physics.crawling import Crawler, crawl, drawn
+from tests.physics.crawling import Crawler, crawl, drawn, plain
 
 Array = NDArray[np.float64]
 READINGS: list[dict[str, Any]] = [
@@ -186,14 +186,14 @@ def test_events_without_end_are_given_up(monkeypatch: pytest.MonkeyPatch) -> Non
             each.act(action)
     before = crawler.nodes.copy()
     monkeypatch.setattr(integrator, "MOST_EVENTS", -1)
-    cross = cross_decision.py_func  # type: ignore[attr-defined]
+    cross = plain(cross_decision)
     assert not cross(crawler.nodes, crawler.clock, 3, crawler.k)
     for name in STATE:
         np.testing.assert_allclose(crawler.nodes[name], before[name], atol=1e-13)
     assert crawler.clock.has_trajectory == 0.0
     monkeypatch.setattr(integration, "cross_decision", cross)
     with pytest.raises(ArithmeticError, match="gives up"):
-        act.py_func(crawler.nodes, crawler.clock, 3, crawler.k, None)  # type: ignore[attr-defined]
+        plain(act)(crawler.nodes, crawler.clock, 3, crawler.k, None)
     monkeypatch.undo()
     for each in (crawler, twin):
         each.act(3)

@@ -19,7 +19,7 @@ from crawler_bench.physics.exact.trajectory import position, read_clock
 from crawler_bench.physics.relaxation import Response, after, respond
 from crawler_bench.physics.state import make_memory, nodes_of
 from crawler_bench.physics.tolerances import NEVER
-from tests.physics.crawling import Crawler, drawn
+from tests.physics.crawling import Crawler, drawn, plain
 
 BODIES = [{}, {"damping": 0.7, "tau_m": 3.0}, {"tau_f": 1.0}, {"tau_m": 0.3, "damping": 8.0}]
 
@@ -86,7 +86,7 @@ def test_the_first_of_the_slip_times_comes_next(n_segments: int) -> None:
     seen = 0
     for action in drawn(CrawlerParameters(n_segments=n_segments), 60, seed=1):
         crawler.act(action)
-        now = read_clock.py_func(crawler.clock)  # type: ignore[attr-defined]
+        now = plain(read_clock)(crawler.clock)
         end = after(now, respond(1.0, k.times))
         first = find_slip_times(nodes, 0, n_segments, now, end, False, k)
         assert first == next_slip_event(nodes, end)
@@ -114,7 +114,7 @@ def test_a_sliding_node_stops_where_it_is() -> None:
     for action in [9] * 8:
         crawler.act(action)
     moving = int(np.flatnonzero(crawler.nodes["slip"])[0])
-    now = read_clock.py_func(crawler.clock)  # type: ignore[attr-defined]
+    now = plain(read_clock)(crawler.clock)
     there = position(crawler.nodes[moving], now)
     change_slip(crawler.nodes, moving, now, crawler.k)
     assert crawler.nodes[moving].slip == STUCK
