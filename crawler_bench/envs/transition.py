@@ -17,7 +17,7 @@ from crawler_bench.physics.coefficients import (
     may_balance,
     stepping,
 )
-from crawler_bench.physics.compiled import inner_kernel
+from crawler_bench.physics.compiled import inline_kernel, inner_kernel
 from crawler_bench.physics.crawler import measure, set_power
 from crawler_bench.physics.exact.trajectory import write_state
 from crawler_bench.physics.integration import act
@@ -175,7 +175,7 @@ def report(memory: Memory, task: Packed) -> None:
     set_power(nodes, k)
 
 
-@inner_kernel
+@inline_kernel
 def observe(nodes: Nodes, t: Task, rng: State) -> int:
     """Index of the segment that is sensed as most contracted [M20, eq. 9], ties broken at random.
 

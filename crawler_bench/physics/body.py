@@ -19,14 +19,14 @@ provably ends, because the matrix is an M-matrix (policy iteration on max(min(v,
 import numpy as np
 
 from crawler_bench.physics.coefficients import Coefficients
-from crawler_bench.physics.compiled import inner_kernel
+from crawler_bench.physics.compiled import inline_kernel, inner_kernel
 from crawler_bench.physics.state import Node, Nodes
 from crawler_bench.physics.tolerances import BALANCED, RIGID_RESISTANCE, WARM_PASSES
 
 FORWARD, STUCK, BACKWARD = 1.0, 0.0, -1.0
 
 
-@inner_kernel
+@inline_kernel
 def friction(slip: float, k: Coefficients) -> float:
     """Friction on a node that slides, k L [M20, eq. 8]."""
     return k.forward if slip == FORWARD else -k.backward
@@ -40,13 +40,13 @@ def slip_of_stuck(holding: float, k: Coefficients) -> float:
     return BACKWARD if holding < -k.backward else STUCK
 
 
-@inner_kernel
+@inline_kernel
 def chain_force(above: float, own: float, below: float) -> float:
     """Row of -A: the pull of its neighbours on a node [M20, eq. 1-3]; beyond an end it meets itself."""
     return above + below - 2.0 * own
 
 
-@inner_kernel
+@inline_kernel
 def holding_force(nodes: Nodes, i: int) -> tuple[float, float, float]:
     """Friction that it takes to hold the stuck node i, B f - A w, as its terms, k L."""
     node, above, below = nodes[i], nodes[max(i - 1, 0)], nodes[min(i + 1, nodes.size - 1)]
@@ -57,13 +57,13 @@ def holding_force(nodes: Nodes, i: int) -> tuple[float, float, float]:
     )
 
 
-@inner_kernel
+@inline_kernel
 def stand_still(node: Node, displacement: float) -> None:
     """Let w be what it is on a node that does not move."""
     node.w.constant, node.w.as_e_f, node.w.as_r_f = displacement, 0.0, 0.0
 
 
-@inner_kernel
+@inline_kernel
 def solve_sliding(nodes: Nodes, low: int, high: int, k: Coefficients) -> None:
     """Solve the force balance for w of the sliding nodes from `low` to `high` [M20, eq. 1-3].
 
@@ -77,7 +77,7 @@ def solve_sliding(nodes: Nodes, low: int, high: int, k: Coefficients) -> None:
     substitute(nodes, low, high)
 
 
-@inner_kernel
+@inline_kernel
 def eliminate(nodes: Nodes, low: int, high: int, k: Coefficients) -> None:
     """Forward half of the Thomas algorithm, for all three terms of w."""
     above, above_f, above_r, coupling = (
@@ -100,7 +100,7 @@ def eliminate(nodes: Nodes, low: int, high: int, k: Coefficients) -> None:
         node.inverse_pivot = coupling
 
 
-@inner_kernel
+@inline_kernel
 def substitute(nodes: Nodes, low: int, high: int) -> None:
     """Backward half of the Thomas algorithm."""
     after, after_f, after_r = 0.0, 0.0, 0.0  # w of the node behind

@@ -8,17 +8,17 @@ Two integrators share all this: stepped.py takes implicit Euler steps, exact/ go
 """
 
 from crawler_bench.physics.coefficients import Coefficients
-from crawler_bench.physics.compiled import inner_kernel
+from crawler_bench.physics.compiled import inline_kernel, inner_kernel
 from crawler_bench.physics.state import Nodes
 
 
-@inner_kernel
+@inline_kernel
 def fires_with(action: int, tail: int) -> int:
     """The neuron that is ON with neuron `action`: that of the tail with that of the head, else itself."""
     return tail if action == 0 else action
 
 
-@inner_kernel
+@inline_kernel
 def net_muscle_force(i: int, tail: int, own: float, behind: float, head: float, k: Coefficients) -> float:
     """Row i of B f [M20, eq. 1-3]: what the muscles do to node i, k L.
 
@@ -38,7 +38,7 @@ def net_muscle_force(i: int, tail: int, own: float, behind: float, head: float, 
     return total
 
 
-@inner_kernel
+@inline_kernel
 def set_net_force(nodes: Nodes, i: int, k: Coefficients) -> None:
     """Find the net muscle force on node i from the muscles' terms."""
     tail = nodes.size - 1
@@ -58,7 +58,7 @@ def set_power(nodes: Nodes, k: Coefficients) -> None:
         node.power = abs(net * node.velocity)
 
 
-@inner_kernel
+@inline_kernel
 def measure(nodes: Nodes) -> tuple[float, float]:
     """Find the strain of each segment, contraction positive [M20, eq. 9].
 

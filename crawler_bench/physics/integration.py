@@ -1,7 +1,7 @@
 """One decision of the crawler, by the integrator that its parameters name."""
 
 from crawler_bench.physics.coefficients import Coefficients, Stepping
-from crawler_bench.physics.compiled import inner_kernel
+from crawler_bench.physics.compiled import inline_kernel
 from crawler_bench.physics.exact.integrator import cross_decision
 from crawler_bench.physics.state import Array, Clock, Nodes, dtype_of
 from crawler_bench.physics.stepped import advance
@@ -9,7 +9,7 @@ from crawler_bench.physics.stepped import advance
 STEPPING = dtype_of(Stepping)
 
 
-@inner_kernel
+@inline_kernel
 def act(nodes: Nodes, clock: Clock, action: int, k: Coefficients, steps: Array | None) -> None:
     """Hold one neuron ON for a decision interval.
 

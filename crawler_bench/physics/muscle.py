@@ -7,7 +7,7 @@ which F falls through 1 (the limiter), both are exponentials.
 
 import math
 
-from crawler_bench.physics.compiled import inner_kernel
+from crawler_bench.physics.compiled import inline_kernel, inner_kernel
 from crawler_bench.physics.tolerances import NEGLIGIBLE, NEVER
 
 
@@ -39,7 +39,7 @@ def relax_muscle(
     return flush(F), flush(f)
 
 
-@inner_kernel
+@inline_kernel
 def time_in_limiter(F: float, tau_m: float) -> float:
     """Time until a drive falls through 1, where eq. 4 limits it; NEVER if it is below."""
     return tau_m * math.log(F) if F > 1.0 else NEVER
@@ -56,7 +56,7 @@ def follow(time: float, tau_lead: float, tau_follow: float) -> float:
     return math.exp(-time / max(tau_follow, tau_lead)) / tau_follow * weight
 
 
-@inner_kernel
+@inline_kernel
 def flush(value: float) -> float:
     """The value, or 0 where it is negligible."""
     return value if value > NEGLIGIBLE else 0.0

@@ -16,7 +16,7 @@ are equal, or nearly so.
 import math
 from typing import NamedTuple
 
-from crawler_bench.physics.compiled import inner_kernel
+from crawler_bench.physics.compiled import inline_kernel, inner_kernel
 from crawler_bench.physics.muscle import follow
 from crawler_bench.physics.tolerances import APART_RATES, CLOSE_EXPONENTS, NEAR_EXPONENT, SERIES_TERMS
 
@@ -59,7 +59,7 @@ def relaxation(tau_m: float, tau_f: float, c: float) -> Relaxation:
     return Relaxation(tau_m, tau_f, c, 1.0 / tau_m, 1.0 / tau_f, 1.0 / c, apart, *over)
 
 
-@inner_kernel
+@inline_kernel
 def respond(time: float, times: Relaxation) -> Response:
     """Evaluate all functions at a time, for any time constants."""
     e_m, e_f = math.exp(-time * times.rate_m), math.exp(-time * times.rate_f)
@@ -69,13 +69,22 @@ def respond(time: float, times: Relaxation) -> Response:
         s_f = (e_f - e_c) * times.over_c_f
         s_r = ((e_m - e_c) * times.over_c_m - s_f) * times.over_f_m
     else:
-        r_f, s_f = follow(time, times.tau_m, times.tau_f), follow(time, times.tau_f, times.c)
-        difference = _second_difference(-time * times.rate_m, -time * times.rate_f, -time * times.rate_c)
-        s_r = time * time * times.rate_f * times.rate_c * difference
+        r_f, s_f, s_r = _follow_close(time, times)
     return Response(time, e_m, e_f, r_f, e_c, s_f, s_r)
 
 
 @inner_kernel
+def _follow_close(time: float, times: Relaxation) -> tuple[float, float, float]:
+    """Evaluate r_f, s_f and s_r where rates are close to each other."""
+    difference = _second_difference(-time * times.rate_m, -time * times.rate_f, -time * times.rate_c)
+    return (
+        follow(time, times.tau_m, times.tau_f),
+        follow(time, times.tau_f, times.c),
+        time * time * times.rate_f * times.rate_c * difference,
+    )
+
+
+@inline_kernel
 def after(first: Response, then: Response) -> Response:
     """The functions at the sum of two times at which they are known."""
     return Response(
@@ -103,7 +112,7 @@ def respond_near(known: Response, time: float, times: Relaxation) -> Response:
     return Response(time, there.e_m, there.e_f, there.r_f, there.e_c, there.s_f, there.s_r)
 
 
-@inner_kernel
+@inline_kernel
 def _series(x: float) -> float:
     """The exponential function of a number of at most NEAR_EXPONENT, to rounding."""
     return 1.0 + x * (1.0 + x * (1.0 / 2.0 + x * (1.0 / 6.0 + x * (1.0 / 24.0 + x * (1.0 / 120.0)))))
@@ -111,7 +120,7 @@ def _series(x: float) -> float:
 
 @inner_kernel
 def _second_difference(x: float, y: float, z: float) -> float:
-    """Divided difference of exp at three points, any of which may be equal."""
+    """Divided difference of exp at three points, equal or not."""
     low, high = min(x, y, z), max(x, y, z)
     middle = x + y + z - low - high
     if high - low > CLOSE_EXPONENTS:

@@ -12,7 +12,7 @@ from typing import Any, Protocol, get_type_hints
 import numpy as np
 from numpy.typing import NDArray
 
-from crawler_bench.physics.compiled import inner_kernel
+from crawler_bench.physics.compiled import inline_kernel
 from crawler_bench.physics.relaxation import Response
 
 Array = NDArray[np.float64]
@@ -106,7 +106,7 @@ _CLOCK = ODOMETER.itemsize // 8
 _NODES = _CLOCK + CLOCK.itemsize // 8
 
 
-@inner_kernel
+@inline_kernel
 def parts(memory: Any) -> tuple[Sequence[Odometer], Sequence[Clock], Nodes]:
     """For kernels: the odometer and the clock of a crawler, each the only one of its kind, and its nodes."""
     return memory[:_CLOCK].view(ODOMETER), memory[_CLOCK:_NODES].view(CLOCK), memory[_NODES:].view(NODE)

@@ -8,7 +8,7 @@ import pytest
 
 from crawler_bench.benchmark.benchmark import require_comparable, run_benchmark
 from crawler_bench.benchmark.cell_hash import Hasher
-from crawler_bench.benchmark.keys import RUN
+from crawler_bench.benchmark.keys import RUN, select
 from crawler_bench.benchmark.reproduce_cell import reproduce
 from crawler_bench.benchmark.results import write_benchmark
 from crawler_bench.benchmark.summary import METRICS, summarize_benchmark
@@ -59,25 +59,14 @@ def test_every_run_is_measured_in_the_modes_that_differ(made):
     assert found.failures == []
 
 
-def test_all_agents_meet_the_same_starts(made):
+def test_all_agents_meet_the_same_starts():
     """The warm-up before each start does not depend on the agent: the first sample is the same."""
-    _, found = made
-    first = [
-        evaluation.read_evaluation(outcome.evaluation).gait.displacement[0]
-        for outcome in found.outcomes["deterministic"]
-        if outcome.cell.experiment in ("wave", "table")
-    ]
-    assert len(first) == 8
-    settled = {tuple(np.round(each, 9)) for each in first}
-    assert len(settled) > 1  # the policies have long parted
-    short = override(ENTRIES[1].run, {"settle": 0}, "test")
-    other = override(ENTRIES[2].run, {"settle": 0}, "test")
-    tables = np.eye(10), np.roll(np.eye(10), 1, axis=1)
-    records = [
-        evaluation.measure(run, 0, table, run.evaluation).gait
-        for run, table in zip((short, other), tables, strict=True)
-    ]
-    np.testing.assert_array_equal(records[0].displacement[0], records[1].displacement[0])
+    gaits = []
+    for each, table in zip(ENTRIES[1:3], (np.eye(10), np.roll(np.eye(10), 1, axis=1)), strict=True):
+        run = override(each.run, {"settle": 0}, "test")
+        gaits.append(evaluation.measure(run, 0, table, run.evaluation).gait.displacement)
+    np.testing.assert_array_equal(gaits[0][0], gaits[1][0])
+    assert (gaits[0][-1] != gaits[1][-1]).any()
 
 
 def test_gradient_updates_are_counted(made):
@@ -102,12 +91,12 @@ def test_results_hold_every_cell_with_its_hash(made):
     assert {"comparison.md", "comparison.tex", "comparison.csv"} <= {
         path.name for path in (root / "out" / "tables").iterdir()
     }
-    summary = pd.read_csv(root / "out" / "summary.csv", dtype={"hash": str})
+    summary = read_csv(root / "out" / "summary.csv")
     assert set(summary["metric"]) >= {metric.name for metric in METRICS}
     assert summary["hash"].str.fullmatch("[0-9a-f]{8}").all()
     assert summary["hash"].is_unique
     assert len(summary.groupby(["agent", "mode", "regularization"])) == 10
-    runs = pd.read_csv(root / "out" / "runs.csv", dtype={"hash": str, "policy": str})
+    runs = read_csv(root / "out" / "runs.csv")
     assert runs["hash"].is_unique
     assert len(runs) == len(found.runs)
     cost = json.loads((root / "out" / "manifest.json").read_text())["cost"]
@@ -137,8 +126,7 @@ def test_a_hash_stands_for_what_decides_a_cell():
 )
 def test_a_cell_that_is_run_again_is_equal(made, agent, metric):
     root, _ = made
-    summary = pd.read_csv(root / "out" / "summary.csv", dtype={"hash": str})
-    cell = summary[(summary["agent"] == agent) & (summary["metric"] == metric)].iloc[-1]
+    cell = select(read_csv(root / "out" / "summary.csv"), agent=agent, metric=metric).iloc[-1]
     again = reproduce(root / "out", cell["hash"], jobs=1, quiet=True)
     assert list(again["verdict"]) == ["equal"]
     assert again["now"].iloc[0] == cell["value"]
@@ -157,8 +145,8 @@ def test_the_tables_follow_from_the_csvs(made):
 
 def test_a_run_that_is_run_again_is_equal(made):
     root, _ = made
-    runs = pd.read_csv(root / "out" / "runs.csv", dtype={"hash": str, "policy": str})
-    again = reproduce(root / "out", runs[runs["agent"] == "deep"]["hash"].iloc[-1], jobs=1, quiet=True)
+    run = select(read_csv(root / "out" / "runs.csv"), agent="deep").iloc[-1]
+    again = reproduce(root / "out", run["hash"], jobs=1, quiet=True)
     assert set(again["verdict"]) == {"equal"}
     assert {"speed", "reward", "off_diagonal", "gradient_updates", "policy"} <= set(again["metric"])
 
@@ -168,7 +156,7 @@ def test_a_cell_that_was_changed_is_found_out(made, tmp_path):
     for path in (root / "out").glob("*.csv"):
         (tmp_path / path.name).write_bytes(path.read_bytes())
     (tmp_path / "entries").symlink_to(root / "out" / "entries")
-    summary = pd.read_csv(tmp_path / "summary.csv", dtype={"hash": str})
+    summary = read_csv(tmp_path / "summary.csv")
     row = summary[(summary["agent"] == "table") & (summary["metric"] == "reward")].index[0]
     true = summary.loc[row, "value"]
     for low, high, verdict in (
@@ -235,11 +223,8 @@ def test_policies_travel_as_files(made, tmp_path):
     for path in paths:
         policy = policy_files.read_policy(path)
         agent, _, _ = path.stem.partition("-eps")
-        row = found.runs[
-            (found.runs["agent"] == agent)
-            & (found.runs["seed"] == policy.seed)
-            & (found.runs["regularization"] == policy.config.environment.regularization)
-        ].iloc[0]
+        level = policy.config.environment.regularization
+        row = select(found.runs, agent=agent, seed=policy.seed, regularization=level).iloc[0]
         measured = evaluation.measure(
             policy.config, policy.seed, policy.table_of(row["mode"]), policy.config.evaluation
         )

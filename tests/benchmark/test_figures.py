@@ -15,6 +15,7 @@ from crawler_bench.benchmark.figures.curves import (
 from crawler_bench.benchmark.figures.looks import of_agents, truncate
 from crawler_bench.benchmark.figures.policies import gaits, policy_matrices, trap_matrix
 from crawler_bench.benchmark.figures.scores import cycle_durations, speeds
+from crawler_bench.benchmark.keys import select
 from crawler_bench.gait.record import Record
 from crawler_bench.statistics import estimates
 
@@ -149,10 +150,8 @@ def test_noise_curves_are_means_over_runs_of_means_over_starts():
     figure = noise_curves(evaluations)
     assert [axes.get_title("left") for axes in figure.axes] == [f"{agent}, {mode}" for agent, mode in USUAL]
     noise, speed = lines(figure.axes[1], "regularized (ε = 0.01)")
-    given = evaluations[
-        (evaluations["agent"] == "ppo") & (evaluations["mode"] == "stochastic")
-        & (evaluations["regularization"] == 0.01)
-    ].groupby("noise")["speed"].mean()  # fmt: skip
+    chosen = select(evaluations, agent="ppo", mode="stochastic", regularization=0.01)
+    given = chosen.groupby("noise")["speed"].mean()
     np.testing.assert_array_equal(noise, given.index)
     np.testing.assert_allclose(speed, given * 1000)
 
@@ -173,7 +172,7 @@ def test_learning_curves_are_interquartile_means():
     curves = benchmark()[4]
     figure = learning_curves(curves)
     decisions, speed = lines(figure.axes[0], "ppo")
-    chosen = curves[(curves["agent"] == "ppo") & (curves["regularization"] == 0)]
+    chosen = select(curves, agent="ppo", regularization=0)
     middle = chosen.groupby("decisions")["speed"].apply(lambda speeds: speeds.sort_values().iloc[1:3].mean())
     np.testing.assert_array_equal(decisions, [1000, 2000, 3000])
     np.testing.assert_allclose(speed, middle * 1000)
@@ -190,9 +189,7 @@ def test_policies_are_means_over_runs():
     figure = policy_matrices(tables, runs)
     panels = [axes for axes in figure.axes if axes.get_title("left")]
     assert len(panels) == 8
-    chosen = tables[
-        (tables["agent"] == "ppo") & (tables["mode"] == "stochastic") & (tables["regularization"] == 0.01)
-    ]
+    chosen = select(tables, agent="ppo", mode="stochastic", regularization=0.01)
     mean = chosen.groupby("observation")[[f"p_{action}" for action in range(10)]].mean().to_numpy()
     np.testing.assert_allclose(panels[3].images[0].get_array(), mean)
     title = panels[3].get_title("left")
@@ -218,10 +215,8 @@ def test_softened_speeds_stand_at_their_temperatures():
     *_, softened, stuck = benchmark()
     figure = softening(softened, stuck)
     places, speed = lines(figure.axes[0], "ppo")
-    chosen = softened[(softened["agent"] == "ppo") & (softened["regularization"] == 0)]
-    middle = chosen.groupby("temperature")["speed"].apply(
-        lambda speeds: speeds.sort_values().iloc[1:3].mean()
-    )
+    chosen = select(softened, agent="ppo", regularization=0)
+    middle = chosen.groupby("temperature")["speed"].apply(lambda each: each.sort_values().iloc[1:3].mean())
     np.testing.assert_allclose(places, [-3.5, -2, -1, 0, 1, 2, 3.5])
     np.testing.assert_allclose(speed, middle * 1000)
 

@@ -6,6 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from crawler_bench.benchmark.keys import select
 from crawler_bench.benchmark.pairwise import COMPARED, compare
 from crawler_bench.statistics import estimates
 from crawler_bench.statistics.significance import permutation_p, seeds_needed
@@ -17,11 +18,8 @@ SLOW, OTHER = 1 + 0.1 * RNG.normal(size=(2, 10))
 
 def pair(rows, metric="speed", first="a", second="b", speeds=None):
     pairs = compare(pd.DataFrame(rows), evaluated(rows, speeds))
-    chosen = pairs[
-        (pairs["metric"] == metric) & (pairs["first_agent"] == first) & (pairs["second_agent"] == second)
-    ]
-    assert len(chosen) == 1
-    return chosen.iloc[0]
+    (found,) = select(pairs, metric=metric, first_agent=first, second_agent=second).to_dict("records")
+    return pd.Series(found)
 
 
 @pytest.mark.parametrize("metric", ["speed", "reward", "cycle_duration", "noise_area"])
@@ -112,11 +110,7 @@ def test_every_pair_is_there_once(four):
 
 def test_p_is_corrected_over_the_pairs_of_a_metric_and_regularization(four):
     for level, other in ((0.0, 0.0), (0.01, 0.01), (0.0, 0.01)):
-        family = four[
-            (four["metric"] == "speed")
-            & (four["first_regularization"] == level)
-            & (four["second_regularization"] == other)
-        ]
+        family = select(four, metric="speed", first_regularization=level, second_regularization=other)
         p = family["p"].to_numpy()
         assert len(set(p)) > 2
         assert family["p_holm"].to_numpy() == pytest.approx(holm(p))
@@ -125,7 +119,7 @@ def test_p_is_corrected_over_the_pairs_of_a_metric_and_regularization(four):
 
 
 def test_pairs_that_cannot_be_compared_are_no_tests(four):
-    cycles = four[(four["metric"] == "cycle_duration") & (four["first_regularization"] == 0.0)]
+    cycles = select(four, metric="cycle_duration", first_regularization=0.0)
     missing = cycles[(cycles["first_agent"] == "d") | (cycles["second_agent"] == "d")]
     assert (missing["n"] == 0).all()
     assert missing[["difference", "improvement", "p", "p_holm", "seeds_needed"]].isna().all(axis=None)

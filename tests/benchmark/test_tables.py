@@ -11,7 +11,7 @@ import pytest
 from crawler_bench.benchmark import tables
 from crawler_bench.benchmark.pairwise import compare
 from crawler_bench.benchmark.summary import summarize_benchmark
-from crawler_bench.output.csv_files import write_csv
+from crawler_bench.output.csv_files import read_csv, write_csv
 from crawler_bench.output.latex import latex
 from crawler_bench.report import blocks
 from tests.benchmark.frames import NAN, evaluated, runs_of
@@ -59,11 +59,8 @@ def results(summary, pairs, tmp_path_factory):
     folder.mkdir()
     for name, frame in {"summary": summary, "pairs": pairs, "runs": RUNS}.items():
         write_csv(frame, folder / f"{name}.csv")
-    read = {
-        name: pd.read_csv(folder / f"{name}.csv", dtype={"policy": str, "hash": str})
-        for name in ("summary", "pairs", "runs")
-    }
-    tables.write_tables(read["summary"], read["pairs"], read["runs"], folder / "tables")
+    read = (read_csv(folder / f"{name}.csv") for name in ("summary", "pairs", "runs"))
+    tables.write_tables(*read, folder / "tables")
     return folder
 
 

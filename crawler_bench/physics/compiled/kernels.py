@@ -34,7 +34,15 @@ def inner_kernel(function: Callable[Arguments, Result]) -> Callable[Arguments, R
     it out. Only an inner kernel may be given an array back by an inner kernel (a view, as by `parts`): any
     other would count one reference too few, and free memory that is in use.
     """
-    return _compile(function, _nrt=False)
+    return _compile(function, _nrt=False, forceinline=False)
+
+
+def inline_kernel(function: Callable[Arguments, Result]) -> Callable[Arguments, Result]:
+    """Compile like `inner_kernel` a function that becomes part of every kernel which calls it.
+
+    For what every decision calls: passing a crawler and its coefficients takes longer than most of these do.
+    """
+    return _compile(function, _nrt=False, forceinline=True)
 
 
 def _compile(function: Callable[Arguments, Result], **options: bool) -> Callable[Arguments, Result]:

@@ -10,7 +10,7 @@ import math
 from typing import NamedTuple
 
 from crawler_bench.physics.coefficients import Coefficients
-from crawler_bench.physics.compiled import inner_kernel
+from crawler_bench.physics.compiled import inline_kernel, inner_kernel
 from crawler_bench.physics.relaxation import Relaxation, Response, respond, respond_near
 from crawler_bench.physics.tolerances import NEVER, QUADRATIC, ROOT_PASSES
 
@@ -24,7 +24,7 @@ class Margin(NamedTuple):
     sliding: bool
 
 
-@inner_kernel
+@inline_kernel
 def margin_at(m: Margin, now: Response) -> float:
     """Distance of the holding force of a stuck node to a limit; velocity of a sliding one, times c."""
     if m.sliding:
@@ -32,7 +32,7 @@ def margin_at(m: Margin, now: Response) -> float:
     return m.constant + m.as_e_f * now.e_f + m.as_r_f * now.r_f
 
 
-@inner_kernel
+@inline_kernel
 def slope_of(m: Margin, now: Response, rate_f: float) -> float:
     """Rate of change of the force on a node.
 

@@ -12,7 +12,7 @@ what it takes to say where the body is.
 
 from crawler_bench.physics.body import STUCK
 from crawler_bench.physics.coefficients import Coefficients
-from crawler_bench.physics.compiled import inner_kernel
+from crawler_bench.physics.compiled import inline_kernel, inner_kernel
 from crawler_bench.physics.crawler import fires_with
 from crawler_bench.physics.exact.slip_events import change_slip, find_slip_times, next_slip_event
 from crawler_bench.physics.exact.spikes import due_muscle, excite, next_excitation, turn_off, turn_on
@@ -30,7 +30,7 @@ from crawler_bench.physics.state import Clock, Nodes
 from crawler_bench.physics.tolerances import MOST_EVENTS, SUM_OF_DECISIONS
 
 
-@inner_kernel
+@inline_kernel
 def cross_decision(nodes: Nodes, clock: Clock, action: int, k: Coefficients) -> bool:
     """Advance the crawler by one decision interval with one neuron ON, from event to event.
 
@@ -103,7 +103,7 @@ def cross_decision(nodes: Nodes, clock: Clock, action: int, k: Coefficients) -> 
     return True
 
 
-@inner_kernel
+@inline_kernel
 def _stuck_nodes(nodes: Nodes) -> int:
     count = 0
     for node in nodes:
@@ -111,7 +111,7 @@ def _stuck_nodes(nodes: Nodes) -> int:
     return count
 
 
-@inner_kernel
+@inline_kernel
 def _reach(nodes: Nodes, low: int, high: int) -> tuple[int, int]:
     """The nodes from `low` to `high` and those that slide next to them, up to a stuck node on either side."""
     low, high = max(low, 0), min(high, nodes.size - 1)

@@ -11,7 +11,7 @@ import numpy as np
 
 from crawler_bench.physics.body import BACKWARD, FORWARD, STUCK
 from crawler_bench.physics.coefficients import Coefficients
-from crawler_bench.physics.compiled import inner_kernel
+from crawler_bench.physics.compiled import inline_kernel, inner_kernel
 from crawler_bench.physics.exact.crossings import Margin, crossing_time
 from crawler_bench.physics.exact.trajectory import force_at, position
 from crawler_bench.physics.relaxation import Response
@@ -39,7 +39,7 @@ class Outlook(NamedTuple):
     far_sliding: tuple[float, float]
 
 
-@inner_kernel
+@inline_kernel
 def look_ahead(now: Response, end: Response, k: Coefficients) -> Outlook:
     """Prepare to look from now to the end.
 
@@ -59,7 +59,7 @@ def look_ahead(now: Response, end: Response, k: Coefficients) -> Outlook:
     )
 
 
-@inner_kernel
+@inline_kernel
 def may_change(node: Node, outlook: Outlook, k: Coefficients) -> bool:
     """Whether a node may start or stop sliding before the end: True where in doubt."""
     o, m = outlook, node.margin
@@ -72,7 +72,7 @@ def may_change(node: Node, outlook: Outlook, k: Coefficients) -> bool:
     return not (min(end, far) > lowest and max(end, far) < highest)
 
 
-@inner_kernel
+@inline_kernel
 def find_slip_times(
     nodes: Nodes, low: int, high: int, now: Response, end: Response, patient: bool, k: Coefficients
 ) -> SlipEvent:
@@ -101,7 +101,7 @@ def find_slip_times(
     return first
 
 
-@inner_kernel
+@inline_kernel
 def slip_time(node: Node, now: Response, end: Response, patient: bool, k: Coefficients) -> float:
     """When a node starts or stops sliding; NEVER if it does not before the end."""
     m = node.margin
@@ -115,7 +115,7 @@ def slip_time(node: Node, now: Response, end: Response, patient: bool, k: Coeffi
     )
 
 
-@inner_kernel
+@inline_kernel
 def next_slip_event(nodes: Nodes, end: Response) -> SlipEvent:
     """The first of the slip times before the end."""
     first, where = end.time, -1
@@ -152,7 +152,7 @@ def change_slip(nodes: Nodes, i: int, now: Response, k: Coefficients) -> None:
         node.slip = direction
 
 
-@inner_kernel
+@inline_kernel
 def stop(node: Node, now: Response) -> None:
     """Stop a sliding node where it is."""
     node.displacement_at_epoch = position(node, now)

@@ -8,7 +8,7 @@ costs nothing while it is OFF. One that is ON turns by an angle that is the same
 import math
 
 from crawler_bench.physics.coefficients import Coefficients
-from crawler_bench.physics.compiled import inner_kernel
+from crawler_bench.physics.compiled import inline_kernel
 from crawler_bench.physics.crawler import set_net_force
 from crawler_bench.physics.exact.trajectory import force_at, set_muscle_terms
 from crawler_bench.physics.muscle import time_in_limiter
@@ -17,7 +17,7 @@ from crawler_bench.physics.state import Node, Nodes
 from crawler_bench.physics.tolerances import COINCIDENCE, NEVER, SURE_TURN
 
 
-@inner_kernel
+@inline_kernel
 def turn_on(node: Node, time: float, k: Coefficients) -> float:
     """Turn a neuron ON for a decision that begins now [M20, eq. 6]; note when it spikes first [M20, eq. 7].
 
@@ -48,24 +48,24 @@ def turn_on(node: Node, time: float, k: Coefficients) -> float:
     return end
 
 
-@inner_kernel
+@inline_kernel
 def turn_off(node: Node, q: float, time: float, k: Coefficients) -> None:
     """Turn a neuron, whose q is given, OFF; note when it spikes."""
     node.cotangent_at_epoch = q + k.neuron_rate * time if q < NEVER else NEVER
     node.spike_time = time + q / k.neuron_rate if k.spike_at_pi and 0.0 <= q < NEVER else NEVER
 
 
-@inner_kernel
+@inline_kernel
 def next_excitation(nodes: Nodes) -> float:
     """When the next neuron spikes or drive falls through its limit."""
-    spike, limit = NEVER, NEVER
+    spike, limit = NEVER, NEVER  # apart, so that neither waits for the other
     for node in nodes:
-        spike = min(spike, node.spike_time)
-        limit = min(limit, node.limit_time)
+        spike = node.spike_time if node.spike_time < spike else spike
+        limit = node.limit_time if node.limit_time < limit else limit
     return min(spike, limit)
 
 
-@inner_kernel
+@inline_kernel
 def due_muscle(nodes: Nodes, time: float) -> int:
     """The first muscle that receives a spike, or leaves its limiter, by now; there must be one."""
     for i in range(nodes.size):
@@ -74,7 +74,7 @@ def due_muscle(nodes: Nodes, time: float) -> int:
     return 0  # there was none
 
 
-@inner_kernel
+@inline_kernel
 def excite(nodes: Nodes, i: int, now: Response, is_on: bool, k: Coefficients) -> None:
     """Apply the spike, or the fall through the limiter, of muscle i that is due [M20, eq. 4-5].
 

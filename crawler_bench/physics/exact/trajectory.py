@@ -10,7 +10,7 @@ decisions, a new epoch begins, which changes no motion, only the time it counts 
 
 from crawler_bench.physics.body import STUCK, holding_force, solve_sliding, stand_still
 from crawler_bench.physics.coefficients import Coefficients
-from crawler_bench.physics.compiled import inner_kernel
+from crawler_bench.physics.compiled import inline_kernel, inner_kernel
 from crawler_bench.physics.crawler import set_net_force
 from crawler_bench.physics.muscle import flush, time_in_limiter
 from crawler_bench.physics.neuron import cotangent, tangent
@@ -19,14 +19,14 @@ from crawler_bench.physics.state import Clock, Node, Nodes, Terms
 from crawler_bench.physics.tolerances import NEGLIGIBLE, NEVER
 
 
-@inner_kernel
+@inline_kernel
 def read_clock(clock: Clock) -> Response:
     """The responses at the time up to which the trajectory has been followed."""
     now = clock.now
     return Response(now.time, now.e_m, now.e_f, now.r_f, now.e_c, now.s_f, now.s_r)
 
 
-@inner_kernel
+@inline_kernel
 def store_clock(clock: Clock, now: Response) -> None:
     """Note the time up to which the trajectory has been followed."""
     to = clock.now
@@ -34,13 +34,13 @@ def store_clock(clock: Clock, now: Response) -> None:
     to.e_c, to.s_f, to.s_r = now.e_c, now.s_f, now.s_r  # type: ignore[misc]
 
 
-@inner_kernel
+@inline_kernel
 def force_at(terms: Terms, now: Response) -> float:
     """What a sum of terms is now."""
     return terms.constant + terms.as_e_f * now.e_f + terms.as_r_f * now.r_f
 
 
-@inner_kernel
+@inline_kernel
 def position(node: Node, now: Response) -> float:
     """Displacement of a sliding node now: c du/dt + k u = w."""
     return (
@@ -53,7 +53,7 @@ def position(node: Node, now: Response) -> float:
 
 @inner_kernel
 def initialize(nodes: Nodes, clock: Clock, k: Coefficients) -> None:
-    """Begin the trajectory of a crawler of which only the state is known; the epoch is now."""
+    """Begin the trajectory of a crawler from its state alone; the epoch is now."""
     for node in nodes:
         node.displacement_at_epoch = node.displacement
         node.cotangent_at_epoch = cotangent(node.neuron)
@@ -69,7 +69,7 @@ def initialize(nodes: Nodes, clock: Clock, k: Coefficients) -> None:
     store_clock(clock, START)
 
 
-@inner_kernel
+@inline_kernel
 def set_muscle_terms(node: Node, drive: float, force: float, now: Response, k: Coefficients) -> None:
     """Let a muscle go on from the drive and the force that it has now [M20, eq. 4-5]."""
     charge = drive / now.e_m
@@ -79,7 +79,7 @@ def set_muscle_terms(node: Node, drive: float, force: float, now: Response, k: C
     node.muscle.as_e_f = (force - constant - as_r_f * now.r_f) / now.e_f
 
 
-@inner_kernel
+@inline_kernel
 def set_trajectory(nodes: Nodes, low: int, high: int, changed: int, now: Response, k: Coefficients) -> None:
     """Let the nodes from `low` to `high` go on from where they are under new net forces and slip states.
 
@@ -113,12 +113,12 @@ def set_trajectory(nodes: Nodes, low: int, high: int, changed: int, now: Respons
         set_margin(nodes, i)
 
 
-@inner_kernel
+@inline_kernel
 def set_margin(nodes: Nodes, i: int) -> None:
     """Find what keeps node i in its slip state.
 
     Of a stuck node, the force that holds it, as its terms; of a sliding one, its velocity in its direction,
-    times c, of which the constant term goes as e_c.
+    times c, whose constant term goes as e_c.
     """
     node = nodes[i]
     if node.slip == STUCK:
@@ -147,7 +147,7 @@ def begin_epoch(nodes: Nodes, clock: Clock, now: Response, k: Coefficients) -> N
     store_clock(clock, START)
 
 
-@inner_kernel
+@inline_kernel
 def restart(terms: Terms, now: Response) -> None:
     """Count from now on in a sum of terms, negligible ones being 0."""
     as_e_f, as_r_f = terms.as_e_f * now.e_f + terms.as_r_f * now.r_f, terms.as_r_f * now.e_m
@@ -155,7 +155,7 @@ def restart(terms: Terms, now: Response) -> None:
     terms.as_r_f = as_r_f if abs(as_r_f) > NEGLIGIBLE else 0.0
 
 
-@inner_kernel
+@inline_kernel
 def write_positions(nodes: Nodes, now: Response) -> None:
     """Write where all nodes are now."""
     for node in nodes:

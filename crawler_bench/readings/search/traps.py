@@ -2,8 +2,8 @@
 
 A greedy learner tries an action only while its value is the highest of its row. While the values come down
 from their optimistic start, the nearest-neighbour action of an observation is judged by what the rest of the
-table did then. If the rest was poor, its value falls below that of another action and is never looked at again:
-eq. 12 updates only what is chosen, so such a table is a fixed point, however long it goes on learning.
+table did then. If the rest was poor, its value falls below that of another action and is never looked at
+again: eq. 12 updates only what is chosen, so such a table is a fixed point, however long it goes on learning.
 """
 
 from collections.abc import Mapping, Sequence
