@@ -2,6 +2,7 @@
 
 import tempfile
 import time
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -26,6 +27,7 @@ def readings(
     search: Annotated[
         bool, typer.Option("--search", help="Search the joint space instead, in three stages.")
     ] = False,
+    trials: Annotated[int, typer.Option(min=0, help="Trials of the search; 0 is the preset's number.")] = 0,
     out: Annotated[
         Path | None,
         typer.Option(help="Where to write; default results/readings, or results/search; with -smoke."),
@@ -44,6 +46,7 @@ def readings(
     name = ("search" if search else "readings") + ("-smoke" if preset is Preset.smoke else "")
     folder = out or Path("results") / name
     if search:
+        size = replace(size, trials=trials or size.trials)
         _search(_laboratory(size, runs, jobs, quiet), size, runs / name, folder)
     elif check:
         with tempfile.TemporaryDirectory() as fresh:
