@@ -8,10 +8,27 @@ import signal
 from collections.abc import Iterator
 from contextlib import contextmanager
 from types import FrameType
+from typing import Any
 
+import numba
 import pytest
 
 SECONDS = 10
+
+
+def pytest_configure() -> None:
+    """Give plain functions the attribute by which a test calls what was compiled as plain Python."""
+    plain = numba.njit
+
+    def njit(**options: Any) -> Any:
+        def decorate(function: Any) -> Any:
+            made = plain(**options)(function)
+            made.py_func = made
+            return made
+
+        return decorate
+
+    numba.njit = njit
 
 
 @contextmanager

@@ -8,7 +8,6 @@ import numpy as np
 import pandas as pd
 
 from crawler_bench.benchmark.benchmark import in_mode, learning_curves, measured
-from crawler_bench.benchmark.cell_hash import Hasher
 from crawler_bench.benchmark.keys import GROUP, RUN, select
 from crawler_bench.benchmark.summary import summarize_benchmark
 from crawler_bench.config.files import load_experiment
@@ -38,7 +37,6 @@ def reproduce(folder: Path, hash_: str, *, jobs: int, quiet: bool) -> pd.DataFra
     runs, evaluations, curves, summary = (_read(folder / f"{name}.csv") for name in _FILES)
     row, of_run = _find(hash_, summary, runs)
     entry = load_experiment(folder / "entries" / f"{row['agent']}.yaml")
-    hasher = Hasher({entry.name: entry})
     run = override(entry.run, {"regularization": row["regularization"]}, entry.name)
     key = {name: row[name] for name in GROUP}
     finished = select(runs, **key)["seed"]  # not the seeds that failed
@@ -57,12 +55,8 @@ def reproduce(folder: Path, hash_: str, *, jobs: int, quiet: bool) -> pd.DataFra
         for old, new in ((runs, new_runs), (evaluations, new_evaluations), (curves, new_curves))
     )
 
-    def identify(agent: str, mode: str, regularization: float, metric: str) -> str:
-        known = agent == entry.name
-        return hasher(agent, mode, regularization, metric) if known else ""
-
-    again = rounded(summarize_benchmark(runs, evaluations, curves, identify))
-    cell = again[again["hash"] == row["hash"]].iloc[0]
+    again = rounded(summarize_benchmark(runs, evaluations, curves, lambda *_: ""))
+    cell = select(again, **key, metric=row["metric"]).iloc[0]
     before, low, high = (float(row[name]) for name in ("value", "low", "high"))
     now = float(cell["value"])
     verdict = _verdict(before, now, low, high)

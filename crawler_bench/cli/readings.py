@@ -2,6 +2,7 @@
 
 import tempfile
 import time
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -26,6 +27,10 @@ def readings(
     search: Annotated[
         bool, typer.Option("--search", help="Search the joint space instead, in three stages.")
     ] = False,
+    rounds: Annotated[
+        tuple[int, int, int] | None,
+        typer.Option(help="Trials of the search, how many of them again, how many of those a third time."),
+    ] = None,
     out: Annotated[
         Path | None,
         typer.Option(help="Where to write; default results/readings, or results/search; with -smoke."),
@@ -44,6 +49,8 @@ def readings(
     name = ("search" if search else "readings") + ("-smoke" if preset is Preset.smoke else "")
     folder = out or Path("results") / name
     if search:
+        if rounds:
+            size = replace(size, trials=rounds[0], again=rounds[1], finals=rounds[2])
         _search(_laboratory(size, runs, jobs, quiet), size, runs / name, folder)
     elif check:
         with tempfile.TemporaryDirectory() as fresh:

@@ -9,6 +9,8 @@ from dataclasses import dataclass, fields
 from numbers import Integral, Real
 from typing import Any
 
+from crawler_bench.physics.tolerances import WHOLE_MULTIPLE
+
 CHOICES = {
     "friction_law": ("table", "literal"),
     "head_muscle": ("reaction", "external", "none"),
@@ -82,7 +84,9 @@ class CrawlerParameters:
 
     def _check_decision_interval(self) -> None:
         steps = self.decision_interval / self.dt
-        whole = steps < 2**31 and round(steps) >= 1 and math.isclose(steps, round(steps), rel_tol=1e-9)
+        whole = (
+            steps < 2**31 and round(steps) >= 1 and math.isclose(steps, round(steps), rel_tol=WHOLE_MULTIPLE)
+        )
         _require(whole, "decision_interval", self.decision_interval, f"a whole multiple of dt = {self.dt:g}")
 
     def _check_external_head_muscle(self) -> None:

@@ -16,6 +16,7 @@ import pandas as pd
 from crawler_bench.benchmark import tables as benchmark_tables
 from crawler_bench.paper import tables as paper_tables
 from crawler_bench.readings import tables as readings_tables
+from crawler_bench.readings.search import tables as search_tables
 from crawler_bench.report import speed
 
 
@@ -38,6 +39,7 @@ def blocks(results: Path) -> dict[str, Callable[[], str]]:
         "parameters": paper_tables.parameters_table,
         **speed.blocks(results.parent / "speed"),
         **readings_tables.blocks(results.parent / "readings"),
+        **search_tables.blocks(results.parent / "search"),
         **benchmark_tables.blocks(results.parent / "benchmark"),
     }
 

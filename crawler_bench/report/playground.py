@@ -25,11 +25,12 @@ from crawler_bench.physics.state import STATE
 # learner found with epsilon = 0, "fastest" the best that `search_fastest` has found so far.
 POLICIES = {"regularized": "0123456789", "unregularized": "7207345679", "fastest": "8688900245"}
 
-OF_THE_ENGINE = ("dt", "integrator")  # the page steps in its own way
+# The page steps in its own way, and decides at every interval.
+OF_THE_ENGINE = ("dt", "integrator", "decide_on", "longest_hold")
 
 # What the recorded trajectories vary: each entry goes on top of the defaults.
 READINGS: tuple[dict[str, Any], ...] = (
-    {}, {}, {}, {},
+    {}, {}, {}, {"spike_phase": "every_pi"},
     {"friction_law": "literal"}, {"head_muscle": "external"}, {"head_muscle": "none"},
     {"spike_phase": "2pi"}, {"observation": "most_stretched"},
     {"tau_f": 1.0, "tau_m": 1.0}, {"tau_f": 1.0, "neuron_rate": 4.0, "spike_gain": 1.0},
@@ -121,11 +122,9 @@ def _record(p: CrawlerParameters, table: str, decisions: int, rng: np.random.Gen
 
 
 def _parts(p: CrawlerParameters) -> int:
-    """Parts of a decision interval, each shorter than the period of a neuron that is ON, pi / neuron_rate."""
-    steps = p.steps_per_decision
-    return next(
-        m for m in range(1, steps + 1) if steps % m == 0 and steps / m * p.dt < math.pi / p.neuron_rate
-    )
+    """Parts of a decision interval, each shorter than the time between two spikes of a neuron that is ON."""
+    steps, turn = p.steps_per_decision, math.pi / (2 if p.spike_phase == "every_pi" else 1)
+    return next(m for m in range(1, steps + 1) if steps % m == 0 and steps / m * p.dt < turn / p.neuron_rate)
 
 
 def _displacement(info: Mapping[str, Any]) -> NDArray[np.float64]:

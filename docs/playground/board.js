@@ -33,7 +33,7 @@ class Board {
     entry.type = "radio";
     entry.name = `segment-${o + 1}`;
     entry.setAttribute("aria-label", `Segment ${o + 1} contracted most: switch on neuron ${a}`);
-    entry.addEventListener("change", () => onChoice(o, a));
+    entry.addEventListener("click", () => onChoice(o, a));
     const fill = document.createElement("span");
     label.append(entry, fill);
     this.entries.push({ entry, fill, share: -1 });

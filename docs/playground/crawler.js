@@ -73,7 +73,8 @@ class Crawler {
     this.drag = p.damping + this.dt / 2; // c + k dt / 2, k = 1
     this.mobility = 1 / this.drag;
     this.limits = frictionLimits(p);
-    this.spikesAtPi = p.spike_phase === "pi";
+    this.spikesAtPi = p.spike_phase !== "2pi";
+    this.spikesAtTwoPi = p.spike_phase !== "pi";
     this.contractionSign = p.observation === "most_contracted" ? 1 : -1;
     this.reset();
   }
@@ -124,15 +125,15 @@ class Crawler {
      where W runs to minus infinity and comes back from above. At rest theta = 0, and W is endless.
      Returns when in the step the neuron spikes (eq. 7), or -1. */
   fire(i) {
-    const { W, turn, tanTurn, spikesAtPi } = this, old = W[i];
+    const { W, turn, tanTurn, spikesAtPi, spikesAtTwoPi } = this, old = W[i];
     if (this.on[i] === 0) {
       W[i] = old - turn;
       return spikesAtPi && old > 0 && W[i] <= 0 ? old / this.parameters.neuron_rate : -1;
     }
     const turned = 1 + old * tanTurn;
     W[i] = (old - tanTurn) / turned;
-    if (spikesAtPi) return old > 0 && W[i] <= 0 ? Math.atan(old) / this.parameters.neuron_rate : -1;
-    return turned < 0 ? Math.atan(-1 / old) / this.parameters.neuron_rate : -1;
+    if (spikesAtPi && old > 0 && W[i] <= 0) return Math.atan(old) / this.parameters.neuron_rate;
+    return spikesAtTwoPi && turned < 0 ? Math.atan(-1 / old) / this.parameters.neuron_rate : -1;
   }
 
   /* Eq. 5: the drive F decays between spikes. Eq. 4: tau_f df/dt = -f + F_max min(1, F). */

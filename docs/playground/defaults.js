@@ -15,7 +15,8 @@ const DEFAULTS = {
     "neuron_rate": 2.0,
     "spike_gain": 2.0,
     "observation": "most_contracted",
-    "decision_interval": 0.2
+    "decision_interval": 0.2,
+    "penalty": "decision"
   },
   "choices": {
     "friction_law": [
@@ -29,11 +30,16 @@ const DEFAULTS = {
     ],
     "spike_phase": [
       "pi",
-      "2pi"
+      "2pi",
+      "every_pi"
     ],
     "observation": [
       "most_contracted",
       "most_stretched"
+    ],
+    "penalty": [
+      "decision",
+      "rate"
     ]
   },
   "learner": {

@@ -62,7 +62,9 @@ class Learner {
   take(action, displacement) {
     const { crawler, settings, Q } = this, entry = this.observation * this.n + action;
     const next = crawler.observe(settings.noise, this.random);
-    const reward = displacement - settings.regularization * crawler.strainGradient(); // eq. 11
+    const { penalty, decision_interval } = crawler.parameters;
+    const weight = settings.regularization * (penalty === "rate" ? decision_interval : 1);
+    const reward = displacement - weight * crawler.strainGradient(); // eq. 11
     const goal = reward + settings.discount * this.highestValue(next);
     Q[entry] = (1 - settings.learning_rate) * Q[entry] + settings.learning_rate * goal; // eq. 12
     this.choices[entry] += 1;

@@ -5,8 +5,9 @@
 const FIELDS = {
   friction_law: ["Friction law", "eq. 8: 9 is the backward limit (table S1) or, read literally, the forward one"],
   head_muscle: ["Head muscle", "does it push against the next node, against nothing, or not exist"],
-  spike_phase: ["A spike at θ =", "eq. 7 says π, its text multiples of 2π"],
+  spike_phase: ["A spike at θ =", "eq. 7 says π, its text multiples of 2π; every π is both"],
   observation: ["It senses the segment", "eq. 9's argmin, taken literally, is the most stretched one"],
+  penalty: ["Strain costs per", "eq. 11: per decision; per time, it keeps its weight for any interval"],
   neuron_rate: ["Rate of the neurons", "1/τ · multiplies eq. 6, fitted", 0.1, 10, 0.1],
   spike_gain: ["Gain of a spike", "multiplies the sum of eq. 5, fitted", 0.1, 10, 0.1],
   tau_f: ["Muscle relaxation τ_f", "τ · named in eq. 4 and not given, fitted", 0.05, 5, 0.05],

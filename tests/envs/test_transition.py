@@ -2,6 +2,7 @@
 
 import copy
 import pickle
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -24,10 +25,44 @@ def test_a_task_holds_what_was_asked(parameters: CrawlerParameters, takes_steps:
     task, steps = make_task(parameters, 0.01, 0.2, 2.0, 1000.0)
     record = task.view(TASK)[0]
     assert record.k == as_record(coefficients(parameters))
-    assert record.item()[:4] == (0.01, 0.2, 2.0, 1000.0 / parameters.decision_interval)
+    asked = (0.01, 0.0, 0.2, 2.0, 1000.0 / parameters.decision_interval, 1)
+    assert record.item()[:6] == asked
     assert (steps is not None) == takes_steps
     if steps is not None:
         assert steps.view(STEPPING)[0] == as_record(stepping(parameters))
+
+
+def test_a_penalty_per_time_is_one_per_decision_times_its_interval() -> None:
+    rewards = []
+    for penalty, epsilon in (("decision", 0.05), ("rate", 0.25)):
+        env = CrawlerEnv(CrawlerParameters(penalty=penalty, decision_interval=0.2), regularization=epsilon)
+        env.reset(seed=0)
+        rewards.append([env.step(a)[1] for a in (3, 3, 4, 5, 5, 5, 5)])
+    np.testing.assert_allclose(*rewards, atol=1e-15)
+    assert min(rewards[0]) < 0
+
+
+def test_an_action_is_held_until_the_observation_changes() -> None:
+    """As long as the same actions, taken at every interval, leave the observation as it was."""
+    p = CrawlerParameters(decision_interval=0.1, longest_hold=0.7)
+    held, twin = CrawlerEnv(replace(p, decide_on="change")), CrawlerEnv(p)
+    before, _ = held.reset(seed=1)
+    twin.reset(seed=1)
+    lengths = []
+    for action in [int(a) for a in np.random.default_rng(0).integers(10, size=60)]:
+        seen, reward, _, _, info = held.step(action)
+        displacement, length = 0.0, 0
+        while True:
+            now, _, _, _, told = twin.step(action)
+            displacement, length = displacement + told["displacement"], length + 1
+            if now != before or length == 7:
+                break
+        assert (seen, info["time"]) == (now, told["time"])
+        assert info["displacement"] == pytest.approx(displacement, abs=1e-12)
+        assert reward == pytest.approx(displacement - 0.01 * told["strain_gradient"], abs=1e-12)
+        before = seen
+        lengths.append(length)
+    assert {1, 7} < set(lengths)
 
 
 @pytest.mark.parametrize(("interval", "limit", "decisions"), [
@@ -36,7 +71,7 @@ def test_a_task_holds_what_was_asked(parameters: CrawlerParameters, takes_steps:
 def test_no_decision_begins_at_the_time_limit(interval: float, limit: float, decisions: int) -> None:
     """0.3 / 0.1 and 0.6 / 0.2 are not whole numbers in floating point; the number of decisions is."""
     task, _ = make_task(CrawlerParameters(decision_interval=interval), time_limit=limit)
-    assert task.view(TASK)[0].episode_decisions == decisions
+    assert task.view(TASK)[0].episode_intervals == decisions
 
 
 @pytest.mark.parametrize("seed", range(5))

@@ -14,12 +14,12 @@ from hypothesis import strategies as st
 from crawler_bench.physics.as_printed import follow_theta
 from crawler_bench.physics.neuron import NO_SPIKE, step_neuron
 
-PHASES = ("pi", "2pi")
+PHASES = ("pi", "2pi", "every_pi")
 SPIKE_TIME_ERROR = 1e-7  # of the integrated theta, whose crossing is interpolated
 
 
 def step(V: float, on: bool, dt: float, rate: float, phase: str) -> tuple[float, float]:
-    return step_neuron(V, on, dt, rate, tan(rate * dt), phase == "pi")
+    return step_neuron(V, on, dt, rate, tan(rate * dt), phase != "2pi", phase != "pi")
 
 
 def run(V: float, inputs: list[tuple[bool, float]], steps: int, rate: float, phase: str):
@@ -81,14 +81,16 @@ def test_a_spike_train_does_not_depend_on_the_step(phase: str, steps: int) -> No
     assert_same_angle(V, theta, 1e-7)
 
 
-@pytest.mark.parametrize(("phase", "first"), [("pi", pi / 2.0), ("2pi", pi)])
+@pytest.mark.parametrize(("phase", "first", "turn"), [
+    ("pi", pi / 2.0, pi), ("2pi", pi, pi), ("every_pi", pi / 2.0, pi / 2.0),
+])  # fmt: skip
 @pytest.mark.parametrize("dt", [0.001, 0.01, 0.3, 0.7])
-def test_a_neuron_left_on_spikes_periodically(phase: str, first: float, dt: float) -> None:
+def test_a_neuron_left_on_spikes_periodically(phase: str, first: float, turn: float, dt: float) -> None:
     rate = 2.0
     steps = round(6.0 / dt)
     V, spikes = run(0.0, [(True, steps * dt)], steps, rate, phase)
-    expected = [(first + k * pi) / rate for k in range(len(spikes))]
-    assert len(spikes) in (3, 4)
+    expected = [(first + k * turn) / rate for k in range(len(spikes))]
+    assert len(spikes) in ((7, 8) if phase == "every_pi" else (3, 4))
     assert spikes == pytest.approx(expected, abs=1e-11)
     assert tan(rate * steps * dt) == pytest.approx(V, rel=1e-9)
 
@@ -113,12 +115,12 @@ def test_a_neuron_at_rest_stays_at_rest(phase: str) -> None:
 @pytest.mark.parametrize(("on", "rate", "dt"), [(False, 2.0, 0.25), (True, 1.0, atan(0.5))])
 def test_landing_exactly_on_infinity_is_one_spike(on: bool, rate: float, dt: float) -> None:
     """V = 2 and a Moebius factor of 0.5 make the denominator vanish exactly."""
-    V, spike = step_neuron(2.0, on, dt, rate, 0.5, True)
+    V, spike = step_neuron(2.0, on, dt, rate, 0.5, True, False)
     assert isfinite(V)
     assert V < -1e100
     assert 0.0 <= spike <= dt
     assert spike == pytest.approx(dt, rel=1e-12)
-    V, spike = step_neuron(V, on, dt, rate, 0.5, True)
+    V, spike = step_neuron(V, on, dt, rate, 0.5, True, False)
     assert V == pytest.approx(-2.0, rel=1e-12)
     assert spike == NO_SPIKE
 

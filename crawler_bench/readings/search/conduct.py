@@ -11,10 +11,10 @@ from crawler_bench.config.schema import RunConfig
 from crawler_bench.output.csv_files import write_csv
 from crawler_bench.output.style import save
 from crawler_bench.readings.catalogue import DEFAULT, Reading
-from crawler_bench.readings.search.figures import front, trap_map
+from crawler_bench.readings.search.figures import front, trapping
 from crawler_bench.readings.search.leads import LEADS
+from crawler_bench.readings.search.off_diagonal import off_diagonal
 from crawler_bench.readings.search.rounds import best, ordered_finals, run_again, run_trials
-from crawler_bench.readings.search.traps import traps
 from crawler_bench.readings.sizes import Size
 from crawler_bench.runs import store
 
@@ -58,11 +58,11 @@ def search(
     with store.replace(folder) as draft:
         for name, frame in zip(STAGES, (trials, again, finals), strict=True):
             write_csv(frame, draft / f"{name}.csv")
-        say("looking into the traps of the chosen reading")
+        say("looking into the runs of the chosen reading that end off the diagonal")
         chosen = {each.name: each for each in finalists}[str(finals["reading"].iloc[0])]
-        write_csv(traps(chosen, bases, final_seeds), draft / "traps.csv")
+        write_csv(off_diagonal(chosen, bases, final_seeds), draft / "off_diagonal.csv")
         save(front(trials, finals), draft, "front")
-        save(trap_map(trials, again, finals), draft, "trap_map")
+        save(trapping(trials, again, finals), draft, "trapping")
         store.write_command(draft)
         store.write_manifest(draft, started, seeds=size.search_seeds, cpu_seconds=_cpu_seconds())
     return finals

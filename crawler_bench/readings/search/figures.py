@@ -35,7 +35,7 @@ def front(trials: pd.DataFrame, finals: pd.DataFrame) -> Figure:
     return figure
 
 
-def trap_map(trials: pd.DataFrame, again: pd.DataFrame, finals: pd.DataFrame) -> Figure:
+def trapping(trials: pd.DataFrame, again: pd.DataFrame, finals: pd.DataFrame) -> Figure:
     """Share of runs that end on the diagonal against how fast random action is, one dot per reading."""
     figure = new_figure(7, 4.5, "Where random action is slow, learning is trapped")
     axes: Axes = figure.subplots()

@@ -23,7 +23,7 @@ from tests.physics.crawling import Crawler
 @given(
     theta=st.floats(-pi + 1e-3, pi - 1e-3),
     interval=st.sampled_from([0.01, 0.2, 0.7, 1.0, 3.0]),
-    phase=st.sampled_from(["pi", "2pi"]),
+    phase=st.sampled_from(["pi", "2pi", "every_pi"]),
 )
 def test_an_on_neuron_turns_and_spikes_as_its_angle_does(theta: float, interval: float, phase: str) -> None:
     assume(abs(theta) > 1e-6)
@@ -40,7 +40,7 @@ def test_an_on_neuron_turns_and_spikes_as_its_angle_does(theta: float, interval:
         assert node.spike_time > interval - 1e-6
 
 
-@pytest.mark.parametrize(("phase", "spikes"), [("pi", True), ("2pi", False)])
+@pytest.mark.parametrize(("phase", "spikes"), [("pi", True), ("2pi", False), ("every_pi", True)])
 def test_a_neuron_switched_off_spikes_late_at_pi_only(phase: str, spikes: bool) -> None:
     k = as_record(coefficients(CrawlerParameters(spike_phase=phase)))
     node = nodes_of(make_memory(2))[0]

@@ -21,7 +21,7 @@ from crawler_bench.runs.training import learn
 MORE = 2  # times the decisions of a run for which a trapped learner goes on
 
 
-def traps(reading: Reading, bases: Mapping[str, RunConfig], seeds: Sequence[int]) -> pd.DataFrame:
+def off_diagonal(reading: Reading, bases: Mapping[str, RunConfig], seeds: Sequence[int]) -> pd.DataFrame:
     """Every entry at which a regularized run ends off the diagonal.
 
     Args:

@@ -1,0 +1,118 @@
+"""The search of the joint space: proposals, trials that are given up, the rule, going on after a stop."""
+
+import json
+
+import optuna
+import pandas as pd
+import pytest
+
+from crawler_bench.config.files import config_folder, load_experiment
+from crawler_bench.readings.catalogue import LITERAL, Reading
+from crawler_bench.readings.laboratory import EXPERIMENTS
+from crawler_bench.readings.search import tables
+from crawler_bench.readings.search.leads import LEADS
+from crawler_bench.readings.search.off_diagonal import off_diagonal
+from crawler_bench.readings.search.rounds import best, ordered_finals, run_again, run_trials
+from crawler_bench.readings.search.space import CHOICES, CONSTANTS, draw, proposal
+from crawler_bench.readings.search.trial import try_reading
+from crawler_bench.readings.sizes import smoke
+
+
+@pytest.fixture(scope="module")
+def bases():
+    paper = {name: load_experiment(config_folder() / "paper" / f"{name}.yaml").run for name in EXPERIMENTS}
+    return {name: smoke().apply(run) for name, run in paper.items()}
+
+
+@pytest.mark.parametrize("reading", LEADS, ids=lambda reading: reading.name)
+def test_a_reading_is_drawn_as_it_was_proposed(reading):
+    drawn = draw(optuna.trial.FixedTrial(proposal(reading)))
+    assert drawn.keys() == {*CHOICES, *CONSTANTS}
+    for key, value in drawn.items():
+        close = isinstance(value, float)
+        assert value == (pytest.approx(reading.changes[key], rel=5e-3) if close else reading.changes[key])
+
+
+def test_a_body_without_the_papers_wave_is_given_up_before_anything_learns(bases):
+    trial = try_reading(Reading("literal", "literal", LITERAL), bases, (0,))
+    assert trial.stopped == "the wave's speed is far from the paper's"
+    assert trial.runs.empty
+    assert trial.wave_off > 0.5
+
+
+def test_a_body_that_is_faster_at_random_is_given_up(bases):
+    trial = try_reading(LEADS[0], bases, (0,))
+    assert trial.stopped == "random action is faster than the wave"
+
+
+def test_a_patient_trial_runs_everything(bases):
+    trial = try_reading(Reading("literal", "literal", LITERAL), bases, (0, 1), patient=True)
+    assert trial.stopped == ""
+    assert trial.runs.groupby("experiment").size().to_dict() == dict.fromkeys(EXPERIMENTS, 2)
+
+
+def rows(*found):
+    columns = ["reading", "within", "free", "score", "distance", "stopped", "failures"]
+    frame = pd.DataFrame(found, columns=columns)
+    return frame.assign(changes=[json.dumps({"parameters.tau_f": i}) for i in range(len(frame))])
+
+
+def test_the_best_are_within_tolerance_with_few_constants_then_near():
+    trials = rows(
+        ("far", False, 2, 2.0, 3.0, "", ""), ("near", False, 9, 1.1, 1.2, "", ""),
+        ("seven", True, 7, 0.2, 0.3, "", ""), ("five", True, 5, 0.6, 0.9, "", ""),
+        ("five too", True, 5, 0.5, 0.9, "", ""), ("hopeless", True, 1, 0.0, 0.0, "too few", ""),
+    )  # fmt: skip
+    names = [each.name for each in best(trials, 9)]
+    assert names == ["five too", "five", "seven", "near", "far"]
+    assert [each.name for each in best(trials, 2)] == names[:2]
+
+
+def test_finalists_are_ordered_by_failures_constants_and_score():
+    finals = rows(
+        ("fails two", True, 1, 0.1, 0.1, "", "wave faster"), ("seven", True, 7, 0.2, 0.2, "", ""),
+        ("six", True, 6, 0.4, 0.4, "", ""), ("six too", True, 6, 0.3, 0.3, "", ""),
+    )  # fmt: skip
+    assert ordered_finals(finals)["reading"].tolist() == ["six too", "six", "seven", "fails two"]
+
+
+def test_a_search_goes_on_where_it_stopped(bases, tmp_path):
+    def search(trials):
+        said = []
+        journal = tmp_path / "search" / "journal.log"
+        found = run_trials(
+            bases, journal, first=LEADS[:1], seeds=(0,), trials=trials, jobs=1, say=said.append
+        )
+        return found, said
+
+    first, said = search(2)
+    assert "[trial 2/2]" in said[-1]
+    again, silent = search(2)
+    pd.testing.assert_frame_equal(first, again)
+    assert silent == []
+    longer, _ = search(3)
+    pd.testing.assert_frame_equal(first, longer.head(2))
+    assert json.loads(first["changes"][0]) == LEADS[0].changes
+
+
+def test_later_rounds_look_up_what_is_finished(bases, tmp_path):
+    said = []
+    options = {"seeds": (0, 1), "folder": tmp_path, "jobs": 1, "say": said.append}
+    found = run_again(LEADS[:1], bases, **options)
+    assert found["n"].tolist() == [2]
+    (kept,) = tmp_path.glob("*.json")
+    kept.write_text(json.dumps(json.loads(kept.read_text()) | {"score": -1.0}))
+    assert run_again(LEADS[:1], bases, **options)["score"].tolist() == [-1.0]
+
+
+def test_a_run_that_ends_off_the_diagonal_is_looked_into(bases):
+    entries = off_diagonal(LEADS[0], bases, (0,))
+    assert set(entries["policy"]) == {entries["policy"][0]}
+    digits = entries["policy"][0]
+    assert [int(digits[o]) for o in entries["observation"]] == entries["action"].tolist()
+    assert (entries["observation"] != entries["action"]).all()
+    assert (entries["value"] >= entries["neighbour_value"]).all()
+
+
+def test_blocks_say_that_nothing_was_searched_yet(tmp_path):
+    assert {block() for block in tables.blocks(tmp_path).values()} == {tables.NOT_SEARCHED}
