@@ -163,6 +163,17 @@ def test_the_forward_limit_is_sharp(excess: float, state: float) -> None:
     assert answer.v[0] == pytest.approx(max(excess, 0.0) / STIFFNESS, abs=1e-15)
 
 
+@pytest.mark.parametrize(("lifted", "slip"), [
+    (0.2, [STUCK, STUCK, STUCK]), (0.4, [FORWARD, STUCK, FORWARD]), (-0.2, [STUCK, FORWARD, STUCK]),
+])  # fmt: skip
+def test_springs_pull_a_node_back_between_its_neighbours(lifted: float, slip: list[float]) -> None:
+    """By hand: the middle node is pulled with -2 times its displacement, its neighbours with once that."""
+    nodes = nodes_of(make_memory(2))
+    nodes["displacement"] = [0.0, lifted, 0.0]
+    balance_forces(nodes, as_record(coefficients(CrawlerParameters())))
+    assert nodes["slip"].tolist() == slip
+
+
 @pytest.mark.parametrize("way", [1.0, -1.0])
 def test_a_rigid_motion_is_the_middle_of_those_that_friction_allows(way: float) -> None:
     """Limits 0.3 both ways and stiffness 1: nodes 0 and 1 move apart at 2 - 0.6 = 1.4, so at 0.7 each way."""
