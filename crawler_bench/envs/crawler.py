@@ -117,6 +117,7 @@ class CrawlerEnv(gym.Env[np.int64, np.int64]):
         self.memory = make_memory(self.parameters.n_segments)
         self.observation_space = gym.spaces.Discrete(self.parameters.n_segments)
         self.action_space = gym.spaces.Discrete(self.parameters.n_segments)
+        self._views: tuple[Any, Any] | None = None
         self._viewed_generator: np.random.Generator | None = None
         self._generator_state = np.empty(0, dtype=np.uint64)
         self._renderer: Any = None
@@ -157,12 +158,18 @@ class CrawlerEnv(gym.Env[np.int64, np.int64]):
     @property
     def nodes(self) -> Any:
         """State of every node, (N + 1,) records, see physics/state.py; `report` completes it."""
-        return nodes_of(self.memory)
+        return self._named()[0]
 
     @property
     def odometer(self) -> Any:
         """What is counted over decisions, a record."""
-        return odometer_of(self.memory)
+        return self._named()[1]
+
+    def _named(self) -> tuple[Any, Any]:
+        """Nodes and odometer, kept: making them takes longer than a decision. A copy makes its own."""
+        if self._views is None:
+            self._views = nodes_of(self.memory), odometer_of(self.memory)
+        return self._views
 
     def _info(self, displacement: float, gradient: float, centroid: float, end: int) -> Info:
         nodes = self.nodes
@@ -253,7 +260,8 @@ class CrawlerEnv(gym.Env[np.int64, np.int64]):
             self._renderer = None
 
     def __getstate__(self) -> dict[str, Any]:
-        return self.__dict__ | {"_renderer": None, "_viewed_generator": None, "_generator_state": None}
+        own = ("_renderer", "_views", "_viewed_generator", "_generator_state")  # not of a copy
+        return self.__dict__ | dict.fromkeys(own)
 
 
 def _finite(snapshot: dict[str, Any], name: str, shape: tuple[int, ...]) -> NDArray[np.float64]:
