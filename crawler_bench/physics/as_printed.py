@@ -201,7 +201,8 @@ def follow_body(
         f = np.concatenate([force(t) for force in muscles])
         return velocities(u, f, p.damping, p.head_muscle, p.forward_limit, p.backward_limit)
 
-    return _integrate(rate, np.zeros(p.n_segments + 1), jumps, rtol=1e-8, atol=1e-9)
+    # Short steps, or the error control jumps over a slide that begins and ends within one.
+    return _integrate(rate, np.zeros(p.n_segments + 1), jumps, rtol=1e-8, atol=1e-9, max_step=0.05)
 
 
 def _integrate(

@@ -22,6 +22,7 @@ READINGS: list[dict[str, Any]] = [
     {},
     {"head_muscle": "external"},
     {"head_muscle": "none", "spike_phase": "2pi"},
+    {"spike_phase": "every_pi", "spike_gain": 1.0},
     {"friction_forward": 0.05, "friction_backward": 0.08},
     {"friction_forward": 0.05, "friction_backward": 0.05},
     {"tau_f": 1.0},
@@ -67,9 +68,10 @@ def test_it_does_not_matter_where_decisions_are_cut(reading: dict[str, Any]) -> 
         np.testing.assert_allclose(cut[name], whole[name], atol=1e-11)
 
 
+@pytest.mark.parametrize("phase", ["pi", "2pi", "every_pi"])
 @pytest.mark.parametrize("held", [5, 50])
-def test_long_decisions_hold_many_spikes(held: int) -> None:
-    p = CrawlerParameters()
+def test_long_decisions_hold_many_spikes(held: int, phase: str) -> None:
+    p = CrawlerParameters(spike_phase=phase)
     actions = drawn(p, 6)
     long = crawl(replace(p, decision_interval=0.2 * held), actions)
     short = crawl(p, np.repeat(actions, held).tolist())[::held]
