@@ -1,5 +1,7 @@
 """Readings that the search begins with: those that earlier measurements found to tell much of the story."""
 
+from collections.abc import Iterator, Sequence
+
 from crawler_bench.readings.catalogue import Reading
 
 _KEYS = (
@@ -23,6 +25,14 @@ _VALUES = (
     (0.85, 2.2, 1.8, 0.2, 2.0, 5.0, 600.0),
     (1.0, 3.5, 1.0, 1.0, 1.0, 2.0, 1000.0),
     (1.0, 4.0, 1.0, 0.5, 5.0, 5.0, 300.0),
+    (0.622, 2.69, 1.32, 0.25, 4.69, 5.06, 436.0),
+    (0.753, 2.35, 1.5, 0.25, 6.65, 4.93, 626.0),
+)
+# The same with a spike at every multiple of pi: no factor in eq. 5, and tau_f = 1.
+_AT_EVERY_PI = (
+    (1.0, 2.0, 1.0, 0.5, 0.2, 2.0, 1000.0),
+    (1.0, 1.84, 1.0, 0.35, 0.286, 3.04, 641.0),
+    (1.0, 1.82, 1.0, 0.35, 0.711, 2.62, 699.0),
 )
 _WORDS = {
     "parameters.spike_phase": "pi",
@@ -32,14 +42,10 @@ _WORDS = {
 }
 _EVERY_PI = {"parameters.spike_phase": "every_pi"}
 
-LEADS = (
-    *(
-        Reading(f"lead-{i}", "search", dict(zip(_KEYS, v, strict=True)) | _WORDS)
-        for i, v in enumerate(_VALUES)
-    ),
-    Reading(
-        "lead-every-pi",
-        "search",
-        dict(zip(_KEYS, (1.0, 2.0, 1.0, 0.5, 0.2, 2.0, 1000.0), strict=True)) | _WORDS | _EVERY_PI,
-    ),
-)
+
+def _leads(name: str, values: Sequence[tuple[float, ...]], words: dict[str, str]) -> Iterator[Reading]:
+    for i, each in enumerate(values):
+        yield Reading(f"{name}-{i}", "search", {**dict(zip(_KEYS, each, strict=True)), **words})
+
+
+LEADS = (*_leads("lead", _VALUES, _WORDS), *_leads("lead-every-pi", _AT_EVERY_PI, _WORDS | _EVERY_PI))
