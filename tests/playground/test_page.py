@@ -130,6 +130,7 @@ def test_noise_moves_the_dots_along_curves_that_the_page_measures(visit: Visit) 
     assert f"regularized {visit.run('noiseCurves()[0].curve.at(0.1)'):.4f}" in shown.inner_text()
 
 
+@pytest.mark.slow  # a speed: another process on the same core may halve it
 def test_sixty_frames_in_a_second(visit: Visit) -> None:
     visit.page.locator("#pace").fill("0")
     visit.page.wait_for_function("noiseCurves().every(({ curve }) => curve.finished)")
@@ -137,6 +138,7 @@ def test_sixty_frames_in_a_second(visit: Visit) -> None:
     assert visit.rate("page.frames") >= 60
 
 
+@pytest.mark.slow  # a speed: another process on the same core may halve it
 def test_a_hundred_thousand_decisions_in_a_second(visit: Visit) -> None:
     visit.page.get_by_role("button", name="Learn", exact=True).click()
     visit.page.wait_for_timeout(1500)
