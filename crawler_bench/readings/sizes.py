@@ -46,7 +46,7 @@ FULL = Size(
     trials=3000,
     again=60,
     finals=8,
-    search_seeds=(tuple(range(500, 505)), tuple(range(700, 720)), tuple(range(800, 850))),
+    search_seeds=(tuple(range(500, 510)), tuple(range(700, 720)), tuple(range(800, 850))),
     names=(),
     overrides={"evaluation.starts": 6, "evaluation.noise": [0.0, 0.025, 0.05, 0.1, 0.2]},
 )

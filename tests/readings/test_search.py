@@ -8,13 +8,14 @@ import pytest
 
 from crawler_bench.config.files import config_folder, load_experiment
 from crawler_bench.readings.catalogue import LITERAL, Reading
-from crawler_bench.readings.laboratory import EXPERIMENTS
+from crawler_bench.readings.laboratory import EXPERIMENTS, REGULARIZED, UNREGULARIZED
 from crawler_bench.readings.search import tables
+from crawler_bench.readings.search import trial as trial_module
 from crawler_bench.readings.search.leads import LEADS
 from crawler_bench.readings.search.off_diagonal import off_diagonal
 from crawler_bench.readings.search.rounds import best, ordered_finals, run_again, run_trials
 from crawler_bench.readings.search.space import CHOICES, CONSTANTS, draw, proposal
-from crawler_bench.readings.search.trial import try_reading
+from crawler_bench.readings.search.trial import UNTRAINED, try_reading
 from crawler_bench.readings.sizes import smoke
 
 
@@ -57,15 +58,22 @@ def rows(*found):
     return frame.assign(changes=[json.dumps({"parameters.tau_f": i}) for i in range(len(frame))])
 
 
-def test_the_best_are_within_tolerance_with_few_constants_then_near():
+def test_the_nearest_of_each_number_of_constants_take_turns():
     trials = rows(
-        ("far", False, 2, 2.0, 3.0, "", ""), ("near", False, 9, 1.1, 1.2, "", ""),
-        ("seven", True, 7, 0.2, 0.3, "", ""), ("five", True, 5, 0.6, 0.9, "", ""),
-        ("five too", True, 5, 0.5, 0.9, "", ""), ("hopeless", True, 1, 0.0, 0.0, "too few", ""),
+        ("far", False, 5, 2.0, 3.0, "", ""), ("near", False, 5, 1.1, 1.2, "", ""),
+        ("seven", True, 7, 0.2, 0.3, "", ""), ("seven too", True, 7, 0.6, 0.4, "", ""),
+        ("four", False, 4, 2.5, 3.9, "", ""), ("hopeless", True, 1, 0.0, 0.0, "too few", ""),
     )  # fmt: skip
     names = [each.name for each in best(trials, 9)]
-    assert names == ["five too", "five", "seven", "near", "far"]
+    assert names == ["four", "near", "seven", "far", "seven too"]
     assert [each.name for each in best(trials, 2)] == names[:2]
+
+
+def test_a_trial_runs_the_other_gaits_with_fewer_seeds(bases, monkeypatch):
+    monkeypatch.setattr(trial_module, "PAIRED", 1)
+    monkeypatch.setattr(trial_module, "FEWEST", ())
+    runs = try_reading(LEADS[1], bases, (0, 1)).runs
+    assert runs.groupby("experiment").size().to_dict() == {REGULARIZED: 2, UNREGULARIZED: 1, UNTRAINED: 1}
 
 
 def test_finalists_are_ordered_by_failures_constants_and_score():

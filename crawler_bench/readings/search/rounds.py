@@ -2,11 +2,13 @@
 
 1. *Trials*: Optuna's TPE proposes readings, for two objectives: the distance to the paper, which is the score
    plus the mean distance of the core claims and of a wave put in by hand, so that hopeless trials show a way
-   out, too; and the number of free constants. Every second trial is drawn at random, so that the map of what
+   out, too; and the number of free constants. Every fourth trial is drawn at random, so that the map of what
    can be had is not only of where the sampler went. Many processes ask and tell through one journal file, so
    the search goes on after an interruption, on as many cores as there are. Hopeless trials end early, see
    `trial.py`.
-2. *Again*: the best trials by the rule of `scoring.py`, on seeds that no trial has seen.
+2. *Again*: the nearest trials for each number of free constants, one number after the other, on seeds that
+   no trial has seen. Not the trials within tolerance first: a few seeds flatter many readings, and those with the
+   fewest constants would take every place.
 3. *Finals*: the best of those, on more seeds that nothing has seen. Shares of runs are known well there, so a
    core claim has to be reproduced by its verdict, not only to be within one tolerance; and random action may
    be at most SCALE times as fast as the regularized gait, or a benchmark would have no scale.
@@ -19,6 +21,7 @@ good on its seeds; stages 2 and 3 are not.
 import json
 import os
 from collections.abc import Callable, Mapping, Sequence
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -41,7 +44,8 @@ from crawler_bench.statistics.estimates import Estimate
 
 STUDY = "readings"
 STARTUP = 100  # trials drawn at random before the sampler learns from what it saw
-ROUND = 50  # trials between two lines of progress
+SAID = 50  # trials between two lines of progress
+RANDOM = 4  # every so many trials are drawn at random
 _SEED = 20201122
 
 
@@ -75,15 +79,14 @@ def run_trials(
         for reading in first:
             study.enqueue_trial(proposal(reading))
     workers = jobs or os.cpu_count() or 1
-    while (done := len(finished(journal))) < trials:
-        share = -(-min(ROUND, trials - done) // workers)
-        Parallel(n_jobs=workers)(
-            delayed(_work)(journal, dict(bases), tuple(seeds), share, done + worker)
-            for worker in range(workers)
-        )
-        rows = finished(journal)
-        near = rows.sort_values("distance").iloc[0]
-        say(f"[trial {len(rows)}/{trials}] nearest: {near['distance']:.3f}, {near['free']} free constants")
+    done = len(finished(journal))
+    tasks = (delayed(_work)(journal, dict(bases), tuple(seeds), number) for number in range(done, trials))
+    nearest = float("inf")
+    workers: Any = Parallel(n_jobs=jobs or os.cpu_count() or 1, return_as="generator_unordered")
+    for distance in workers(tasks):
+        done, nearest = done + 1, min(nearest, distance)
+        if done % SAID == 0 or done == trials:
+            say(f"[trial {done}/{trials}] the nearest since this command began: {nearest:.3f}")
     return finished(journal).head(trials)
 
 
@@ -98,24 +101,32 @@ def _study(journal: Path, seed: int) -> optuna.Study:
     )  # fmt: skip
 
 
-def _work(
-    journal: Path, bases: Mapping[str, RunConfig], seeds: tuple[int, ...], trials: int, seed: int
-) -> None:
-    """Ask for, run and tell a few trials."""
-    study = _study(journal, seed)
-    samplers = study.sampler, optuna.samplers.RandomSampler(seed=_SEED + seed)
-    for number in range(trials):
-        study.sampler = samplers[number % 2]
+@cache
+def _opened(journal: Path, process: int) -> optuna.Study:
+    """The study, read once by each process."""
+    return _study(journal, process)
+
+
+def _work(journal: Path, bases: Mapping[str, RunConfig], seeds: tuple[int, ...], number: int) -> float:
+    """Ask for, run and tell one trial that the model does not refuse; returns its distance."""
+    study = _opened(journal, os.getpid())
+    informed = study.sampler
+    while True:
+        if number % RANDOM == RANDOM - 1:
+            study.sampler = optuna.samplers.RandomSampler(seed=_SEED + number)
         asked = study.ask()
+        study.sampler = informed
         reading = Reading(f"trial-{asked.number:04d}", "search", draw(asked))
         try:
             found = row(try_reading(reading, bases, seeds), bases)
-        except ValueError as error:  # a combination that the model refuses
+        except ValueError as error:
             asked.set_user_attr("refused", str(error))
             study.tell(asked, state=optuna.trial.TrialState.FAIL)
+            number += 1
             continue
         asked.set_user_attr("row", json.dumps(found))
         study.tell(asked, (found["distance"], found["free"]))
+        return float(found["distance"])
 
 
 def finished(journal: Path) -> pd.DataFrame:
@@ -193,13 +204,15 @@ def _failures(trial: Trial, ratio: float | None) -> list[str]:
 
 
 def best(trials: pd.DataFrame, number: int) -> list[Reading]:
-    """The best of the trials by the rule: within tolerance by free constants and score, then by distance."""
-    completed = trials[trials["stopped"] == ""].drop_duplicates("changes")
-    within = completed[completed["within"]].sort_values(["free", "score"], kind="stable")
-    others = completed[~completed["within"]].sort_values("distance", kind="stable")
+    """The nearest for each number of free constants, then the second nearest for each, and so on."""
+    completed = (
+        trials[trials["stopped"] == ""].drop_duplicates("changes").sort_values("distance", kind="stable")
+    )
+    place = completed.groupby("free").cumcount()
+    ordered = completed.assign(place=place).sort_values(["place", "free"], kind="stable")
     return [
         Reading(str(each["reading"]), "search", json.loads(str(each["changes"])))
-        for each in pd.concat([within, others]).head(number).to_dict("records")
+        for each in ordered.head(number).to_dict("records")
     ]
 
 
