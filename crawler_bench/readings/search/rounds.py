@@ -7,8 +7,8 @@
    the search goes on after an interruption, on as many cores as there are. Hopeless trials end early, see
    `trial.py`.
 2. *Again*: the nearest trials for each number of free constants, one number after the other, on seeds that
-   no trial has seen. Not the trials within tolerance first: a few seeds flatter many readings, and those with the
-   fewest constants would take every place.
+   no trial has seen. Not the trials within tolerance first: a few seeds flatter many readings, and those with
+   the fewest constants would take every place.
 3. *Finals*: the best of those, on more seeds that nothing has seen. Shares of runs are known well there, so a
    core claim has to be reproduced by its verdict, not only to be within one tolerance; and random action may
    be at most SCALE times as fast as the regularized gait, or a benchmark would have no scale.
@@ -78,7 +78,6 @@ def run_trials(
         study = _study(journal, 0)
         for reading in first:
             study.enqueue_trial(proposal(reading))
-    workers = jobs or os.cpu_count() or 1
     done = len(finished(journal))
     tasks = (delayed(_work)(journal, dict(bases), tuple(seeds), number) for number in range(done, trials))
     nearest = float("inf")
