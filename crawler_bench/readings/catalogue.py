@@ -101,6 +101,21 @@ LITERAL = {
 }
 SAME_TIME = 16_000_000  # decisions of PRINTED_STEP take as long as 800,000 of the default's
 DEFAULT = Reading("default", "default", {})
+# The default until November 2026, in which random action is faster than the gait that is learned.
+FORMER = Reading(
+    "former-default",
+    "former",
+    {
+        "parameters.tau_f": 0.7,
+        "parameters.neuron_rate": 2.0,
+        "parameters.spike_gain": 2.0,
+        "parameters.spike_phase": "pi",
+        "parameters.decision_interval": 0.2,
+        "settings.initial_q": 0.2,
+        "environment.episode_distance": 2.0,
+        "environment.time_limit": 1000.0,
+    },
+)
 
 
 def _repairs() -> list[Reading]:

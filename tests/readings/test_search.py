@@ -1,7 +1,9 @@
 """The search of the joint space: proposals, trials that are given up, the rule, going on after a stop."""
 
 import json
+from types import SimpleNamespace
 
+import numpy as np
 import optuna
 import pandas as pd
 import pytest
@@ -9,8 +11,10 @@ import pytest
 from crawler_bench.config.files import config_folder, load_experiment
 from crawler_bench.readings.catalogue import LITERAL, Reading
 from crawler_bench.readings.laboratory import EXPERIMENTS, REGULARIZED, UNREGULARIZED
+from crawler_bench.readings.search import freeing as freeing_module
 from crawler_bench.readings.search import tables
 from crawler_bench.readings.search import trial as trial_module
+from crawler_bench.readings.search.freeing import FACTORS, NOISE, SCALED, freeing
 from crawler_bench.readings.search.leads import LEADS
 from crawler_bench.readings.search.off_diagonal import off_diagonal
 from crawler_bench.readings.search.rounds import best, ordered_finals, run_again, run_trials
@@ -120,6 +124,25 @@ def test_a_run_that_ends_off_the_diagonal_is_looked_into(bases):
     assert [int(digits[o]) for o in entries["observation"]] == entries["action"].tolist()
     assert (entries["observation"] != entries["action"]).all()
     assert (entries["value"] >= entries["neighbour_value"]).all()
+
+
+def test_each_field_is_changed_alone_to_see_which_frees_a_learner(bases, monkeypatch):
+    tried = []
+
+    def learns(config, seed, interval):
+        tried.append((config, seed))
+        on_diagonal = config.environment.noise == NOISE[-1]
+        table = np.eye(10) if on_diagonal else np.eye(10)[::-1]
+        return SimpleNamespace(q_table=table), None
+
+    monkeypatch.setattr(freeing_module, "learn", learns)
+    found = freeing(LEADS[0], bases, (3, 4), jobs=1)
+    assert len(found) == 1 + len(SCALED) * len(FACTORS) + len(NOISE)
+    assert found["n"].tolist() == [2] * len(found)
+    assert found[found["on_diagonal"] == 1]["field"].tolist() == ["noise"]
+    assert found[found["field"] == "time_limit"]["value"].tolist() == [1000 * each for each in FACTORS]
+    assert {seed for _, seed in tried} == {3, 4}
+    assert len({config.model_dump_json() for config, _ in tried}) == len(found)
 
 
 def test_blocks_say_that_nothing_was_searched_yet(tmp_path):

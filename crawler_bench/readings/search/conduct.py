@@ -10,8 +10,9 @@ import pandas as pd
 from crawler_bench.config.schema import RunConfig
 from crawler_bench.output.csv_files import write_csv
 from crawler_bench.output.style import save
-from crawler_bench.readings.catalogue import DEFAULT, Reading
+from crawler_bench.readings.catalogue import FORMER, Reading
 from crawler_bench.readings.search.figures import front, trapping
+from crawler_bench.readings.search.freeing import freeing
 from crawler_bench.readings.search.leads import LEADS
 from crawler_bench.readings.search.off_diagonal import off_diagonal
 from crawler_bench.readings.search.rounds import best, ordered_finals, run_again, run_trials
@@ -52,8 +53,8 @@ def search(
     say(f"the best {size.again} again on {len(again_seeds)} fresh seeds")
     readings = best(trials, size.again)
     again = run_again(readings, bases, again_seeds, folder=scratch, jobs=jobs, say=say)
-    say(f"the best {size.finals} of these, and the default, on {len(final_seeds)} fresh seeds")
-    finalists = [*_first(again, size.finals), DEFAULT]
+    say(f"the best {size.finals} of these, and the former default, on {len(final_seeds)} fresh seeds")
+    finalists = [*_first(again, size.finals), FORMER]
     finals = ordered_finals(run_again(finalists, bases, final_seeds, folder=scratch, jobs=jobs, say=say))
     with store.replace(folder) as draft:
         for name, frame in zip(STAGES, (trials, again, finals), strict=True):
@@ -61,6 +62,8 @@ def search(
         say("looking into the runs of the chosen reading that end off the diagonal")
         chosen = {each.name: each for each in finalists}[str(finals["reading"].iloc[0])]
         write_csv(off_diagonal(chosen, bases, final_seeds), draft / "off_diagonal.csv")
+        say("changing one field of it at a time, to see which frees a trapped learner")
+        write_csv(freeing(chosen, bases, again_seeds, jobs), draft / "freeing.csv")
         save(front(trials, finals), draft, "front")
         save(trapping(trials, again, finals), draft, "trapping")
         store.write_command(draft)

@@ -6,10 +6,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from crawler_bench.output.style import GREY, INK, new_figure, tidy
-from crawler_bench.readings.catalogue import DEFAULT
+from crawler_bench.readings.catalogue import FORMER
 from crawler_bench.readings.scoring import SCALE
 
-CHOSEN, FORMER = "#d55e00", "#0072b2"
+CHOSEN_COLOUR, FORMER_COLOUR = "#d55e00", "#0072b2"
 
 
 def front(trials: pd.DataFrame, finals: pd.DataFrame) -> Figure:
@@ -23,8 +23,8 @@ def front(trials: pd.DataFrame, finals: pd.DataFrame) -> Figure:
     axes: Axes = figure.subplots()
     done = trials[trials["stopped"].fillna("") == ""]
     spread = np.random.default_rng(0).uniform(-0.25, 0.25, len(done))
-    axes.scatter(done["free"] + spread, done["score"], s=6, color=GREY, alpha=0.5, label="trials, 5 seeds")
-    others = finals[finals["reading"] != DEFAULT.name]
+    axes.scatter(done["free"] + spread, done["score"], s=6, color=GREY, alpha=0.5, label="trials, 10 seeds")
+    others = finals[finals["reading"] != FORMER.name]
     axes.scatter(others["free"], others["score"], s=40, color=INK, marker="D", label="finalists, fresh seeds")
     _mark(axes, finals, "free", "score")
     axes.set_xlabel("free constants")
@@ -42,7 +42,7 @@ def trapping(trials: pd.DataFrame, again: pd.DataFrame, finals: pd.DataFrame) ->
     spread = np.random.default_rng(0).uniform(-0.02, 0.02, len(trials))
     axes.scatter(
         trials["random_ratio"], trials["on_diagonal"] + spread, s=6, color=GREY, alpha=0.4,
-        label="trials, 5 seeds",
+        label="trials, 10 seeds",
     )  # fmt: skip
     axes.scatter(
         again["random_ratio"], again["on_diagonal"], s=22, facecolors="none", edgecolors=INK,
@@ -60,7 +60,7 @@ def trapping(trials: pd.DataFrame, again: pd.DataFrame, finals: pd.DataFrame) ->
 
 def _mark(axes: Axes, finals: pd.DataFrame, x: str, y: str) -> None:
     """The chosen reading and the former default."""
-    former = finals[finals["reading"] == DEFAULT.name]
+    former = finals[finals["reading"] == FORMER.name]
     chosen = finals.head(1)
-    for rows, colour, name in ((chosen, CHOSEN, "chosen"), (former, FORMER, "former default")):
+    for rows, colour, name in ((chosen, CHOSEN_COLOUR, "chosen"), (former, FORMER_COLOUR, "former default")):
         axes.scatter(rows[x], rows[y], s=90, color=colour, marker="*", zorder=3, label=name)

@@ -7,7 +7,7 @@ from pathlib import Path
 import pandas as pd
 
 from crawler_bench.output.cells import format_number, markdown
-from crawler_bench.readings.catalogue import DEFAULT
+from crawler_bench.readings.catalogue import FORMER
 from crawler_bench.readings.scoring import CORE, FORMER_CORE, TOLERANCE
 
 NOT_SEARCHED = "Not searched yet: `crawler-bench readings --search`."
@@ -35,6 +35,7 @@ def blocks(folder: Path) -> dict[str, Callable[[], str]]:
         "search finals": block(_finals, "finals"),
         "search former rule": block(_former_rule, "trials"),
         "search off the diagonal": block(_off_diagonal, "off_diagonal", "finals"),
+        "search freeing": block(_freeing, "freeing"),
     }
 
 
@@ -57,7 +58,7 @@ def _finals(finals: pd.DataFrame) -> str:
     """One row per finalist, in the order of the rule."""
     rows = pd.DataFrame({
         "reading": [
-            f"**{name}**" if name == DEFAULT.name else name for name in finals["reading"]
+            f"**{name}**" if name == FORMER.name else name for name in finals["reading"]
         ],
         "values": [_values(each) for each in finals["changes"]],
         "free": finals["free"],
@@ -123,4 +124,24 @@ def _off_diagonal(entries: pd.DataFrame, finals: pd.DataFrame) -> str:
         f"{entries['seed'].nunique()} of {runs} runs end off the diagonal. Their tables earn "
         f"{format_number(once['reward'].mean())} per decision, the diagonal "
         f"{format_number(once['diagonal'].mean())}.\n\n{markdown(rows)}"
+    )
+
+
+def _freeing(cases: pd.DataFrame) -> str:
+    """One row per field: the share on the diagonal at each of its values."""
+    cases = cases.assign(field=cases["field"].fillna(""))
+    (unchanged,) = cases[cases["field"] == ""].to_dict("records")
+    rows = [
+        {
+            "changed alone": field,
+            "to: share on the diagonal": ", ".join(
+                f"{value:g}: {share:.0%}" for value, share in zip(of["value"], of["on_diagonal"], strict=True)
+            ),
+        }
+        for field, of in cases[cases["field"] != ""].groupby("field", sort=False)
+    ]
+    interval = f"{unchanged['low']:.0%} .. {unchanged['high']:.0%}"
+    return (
+        f"Unchanged, {unchanged['on_diagonal']:.0%} ({interval}) of {unchanged['n']} runs end on the "
+        f"diagonal.\n\n{markdown(pd.DataFrame(rows))}"
     )
