@@ -2,7 +2,7 @@
 
 1. *Trials*: Optuna's TPE proposes readings, for two objectives: the distance to the paper, which is the score
    plus the mean distance of the core claims and of a wave put in by hand, so that hopeless trials show a way
-   out, too; and the number of free constants. Every fourth trial is drawn at random, so that the map of what
+   out, too; and the number of free constants. Every second trial is drawn at random, so that the map of what
    can be had is not only of where the sampler went. Many processes ask and tell through one journal file, so
    the search goes on after an interruption, on as many cores as there are. Hopeless trials end early, see
    `trial.py`.
@@ -45,7 +45,7 @@ from crawler_bench.statistics.estimates import Estimate
 STUDY = "readings"
 STARTUP = 100  # trials drawn at random before the sampler learns from what it saw
 SAID = 50  # trials between two lines of progress
-RANDOM = 4  # every so many trials are drawn at random
+RANDOM = 2  # every so many trials are drawn at random
 _SEED = 20201122
 
 
