@@ -73,6 +73,7 @@ UNCOUNTED = ("larger_range", "crossover", "alpha_gamma")
 FORMER_CORE = ("wave", "nearest_neighbour", "faster", "slower_high_noise")
 CORE = (*FORMER_CORE, "maintains_speed", "learning_pays", "learning_pays_unregularized")
 FIRMLY = ("learning_pays", "learning_pays_unregularized")  # core claims whose interval has to exclude 0
+PRINTED = ("speed", "wave_speed", "peak_contraction")  # the paper's three numbers for its gait
 SCALE = 0.9  # largest speed of random action, relative to the regularized gait's, in a final
 COUNTED = tuple(claim for claim in CLAIMS if claim.name not in UNCOUNTED)
 

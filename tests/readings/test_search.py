@@ -12,15 +12,16 @@ from crawler_bench.config.files import config_folder, load_experiment
 from crawler_bench.readings.catalogue import LITERAL, Reading
 from crawler_bench.readings.laboratory import EXPERIMENTS, REGULARIZED, UNREGULARIZED
 from crawler_bench.readings.search import freeing as freeing_module
-from crawler_bench.readings.search import tables
+from crawler_bench.readings.search import rounds, tables
 from crawler_bench.readings.search import trial as trial_module
 from crawler_bench.readings.search.freeing import FACTORS, NOISE, SCALED, freeing
 from crawler_bench.readings.search.leads import LEADS
 from crawler_bench.readings.search.off_diagonal import off_diagonal
 from crawler_bench.readings.search.rounds import best, ordered_finals, run_again, run_trials
 from crawler_bench.readings.search.space import CHOICES, CONSTANTS, draw, proposal
-from crawler_bench.readings.search.trial import UNTRAINED, try_reading
+from crawler_bench.readings.search.trial import UNTRAINED, Trial, try_reading
 from crawler_bench.readings.sizes import smoke
+from tests.readings.test_scoring import plant, score
 
 
 @pytest.fixture(scope="module")
@@ -86,6 +87,19 @@ def test_finalists_are_ordered_by_failures_constants_and_score():
         ("six", True, 6, 0.4, 0.4, "", ""), ("six too", True, 6, 0.3, 0.3, "", ""),
     )  # fmt: skip
     assert ordered_finals(finals)["reading"].tolist() == ["six too", "six", "seven", "fails two"]
+
+
+def test_a_finalist_fails_by_a_number_of_the_paper_and_by_fast_random_action():
+    def failures(ratio, **regularized):
+        results = plant(regularized=regularized)
+        trial = Trial(LEADS[0], score(results, range(5)), results.runs)
+        return rounds._failures(trial, ratio)
+
+    assert failures(0.8) == []
+    assert failures(0.91) == ["random_ratio"]
+    assert failures(None) == ["random_ratio"]
+    assert failures(0.8, waves_per_tau=0.031) == ["wave_speed"]
+    assert failures(0.8, peak_contraction=0.28) == ["peak_contraction"]
 
 
 def test_a_search_goes_on_where_it_stopped(bases, tmp_path):

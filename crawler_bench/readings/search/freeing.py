@@ -61,7 +61,10 @@ def _changed(config: RunConfig) -> list[tuple[str, float, RunConfig]]:
     cases = []
     for key in SCALED:
         for factor in FACTORS:
-            value = float(f"{factor * _value(config, key):.3g}")
+            value = factor * _value(config, key)
+            if key == "parameters.decision_interval":
+                value = round(value / config.parameters.dt) * config.parameters.dt
+            value = float(f"{value:.3g}")
             change: dict[str, Value] = {key: int(value) if key == "decisions" else value}
             cases.append((key.rpartition(".")[2], value, override(config, change, "freeing")))
     for noise in NOISE:
