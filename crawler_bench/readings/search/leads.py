@@ -3,6 +3,7 @@
 from collections.abc import Iterator, Sequence
 
 from crawler_bench.readings.catalogue import Reading
+from crawler_bench.readings.fields import DERIVED_INTERVAL, NO_LIMIT
 
 _KEYS = (
     "parameters.tau_f",
@@ -34,6 +35,38 @@ _AT_EVERY_PI = (
     (1.0, 1.84, 1.0, 0.35, 0.286, 3.04, 641.0),
     (1.0, 1.82, 1.0, 0.35, 0.711, 2.62, 699.0),
 )
+# With the head muscle as eq. 1 prints it, no time limit and the derived interval: added after the first 850 trials.
+_EXTERNAL = (
+    (0.7, 2.4, 1.5, DERIVED_INTERVAL, 6.5, 6.3, NO_LIMIT),
+    (0.7, 2.4, 1.5, DERIVED_INTERVAL, 3.0, 6.3, NO_LIMIT),
+    (0.7, 2.4, 1.6, DERIVED_INTERVAL, 6.5, 6.3, NO_LIMIT),
+    (0.8, 2.2, 1.7, DERIVED_INTERVAL, 6.5, 6.3, NO_LIMIT),
+    (0.75, 2.4, 1.6, DERIVED_INTERVAL, 6.5, 6.3, NO_LIMIT),
+    (0.65, 2.5, 1.4, DERIVED_INTERVAL, 6.5, 6.3, NO_LIMIT),
+    (0.7, 2.3, 1.6, DERIVED_INTERVAL, 3.0, 6.3, NO_LIMIT),
+    (0.75, 2.3, 1.6, DERIVED_INTERVAL, 5.0, 5.0, NO_LIMIT),
+    (0.72, 2.5, 1.42, 0.25, 6.5, 6.3, NO_LIMIT),
+    (0.65, 2.4, 1.5, DERIVED_INTERVAL, 5.0, 8.0, NO_LIMIT),
+)
+# The same with a spike at every multiple of pi, and no factor in eq. 5.
+_EXTERNAL_AT_EVERY_PI = (
+    (0.4, 1.5, 1.0, DERIVED_INTERVAL, 6.5, 6.3, NO_LIMIT),
+    (0.45, 1.5, 1.0, DERIVED_INTERVAL, 6.5, 6.3, NO_LIMIT),
+    (0.5, 1.5, 1.0, DERIVED_INTERVAL, 6.5, 6.3, NO_LIMIT),
+    (0.4, 1.6, 1.0, DERIVED_INTERVAL, 6.5, 6.3, NO_LIMIT),
+    (0.4, 1.55, 1.0, DERIVED_INTERVAL, 4.0, 8.0, NO_LIMIT),
+    (0.45, 1.55, 1.0, DERIVED_INTERVAL, 8.0, 7.0, NO_LIMIT),
+    (0.4, 1.5, 1.0, DERIVED_INTERVAL, 2.0, 5.0, NO_LIMIT),
+    (0.43, 1.5, 1.0, DERIVED_INTERVAL, 6.5, 6.3, NO_LIMIT),
+    (0.5, 1.5, 1.0, DERIVED_INTERVAL, 2.0, 6.3, NO_LIMIT),
+    (0.47, 1.52, 1.0, DERIVED_INTERVAL, 2.0, 6.3, NO_LIMIT),
+    (0.5, 1.55, 1.0, DERIVED_INTERVAL, 6.5, 10.0, NO_LIMIT),
+    (0.55, 1.55, 1.0, 0.25, 2.0, 6.3, NO_LIMIT),
+    (0.48, 1.5, 1.0, 0.25, 3.0, 6.3, NO_LIMIT),
+    (0.52, 1.6, 0.95, 0.25, 6.5, 6.3, NO_LIMIT),
+    (0.5, 1.3, 1.15, DERIVED_INTERVAL, 6.5, 6.3, NO_LIMIT),
+    (0.5, 1.4, 1.1, DERIVED_INTERVAL, 3.0, 6.3, NO_LIMIT),
+)
 _WORDS = {
     "parameters.spike_phase": "pi",
     "parameters.head_muscle": "reaction",
@@ -48,4 +81,10 @@ def _leads(name: str, values: Sequence[tuple[float, ...]], words: dict[str, str]
         yield Reading(f"{name}-{i}", "search", {**dict(zip(_KEYS, each, strict=True)), **words})
 
 
-LEADS = (*_leads("lead", _VALUES, _WORDS), *_leads("lead-every-pi", _AT_EVERY_PI, _WORDS | _EVERY_PI))
+_HEAD = {"parameters.head_muscle": "external"}
+LEADS = (
+    *_leads("lead", _VALUES, _WORDS),
+    *_leads("lead-every-pi", _AT_EVERY_PI, _WORDS | _EVERY_PI),
+    *_leads("lead-external", _EXTERNAL, _WORDS | _HEAD),
+    *_leads("lead-external-every-pi", _EXTERNAL_AT_EVERY_PI, _WORDS | _HEAD | _EVERY_PI),
+)

@@ -2,7 +2,7 @@
 
 1. *Trials*: Optuna's TPE proposes readings, for two objectives: the distance to the paper, which is the score
    plus the mean distance of the core claims and of a wave put in by hand, so that hopeless trials show a way
-   out, too; and the number of free constants. Three of four trials are drawn at random instead, so that the
+   out, too; and the number of free constants. Most trials are drawn at random instead, so that the
    map of what can be had is not only of where the sampler went; most of them are hopeless and end early, see
    `trial.py`.
 2. *Again*: the nearest trials for each number of free constants, one number after the other, on seeds that
@@ -45,7 +45,7 @@ from crawler_bench.statistics.estimates import Estimate
 STUDY = "readings"
 STARTUP = 100  # trials drawn at random before the sampler learns from what it saw
 SAID = 50  # trials between two lines of progress
-INFORMED = 4  # every so many trials are proposed by the sampler, the others drawn at random
+INFORMED = 10  # every so many trials are proposed by the sampler, the others drawn at random
 _SEED = 20201122
 
 
