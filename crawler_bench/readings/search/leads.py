@@ -35,7 +35,7 @@ _AT_EVERY_PI = (
     (1.0, 1.84, 1.0, 0.35, 0.286, 3.04, 641.0),
     (1.0, 1.82, 1.0, 0.35, 0.711, 2.62, 699.0),
 )
-# With the head muscle as eq. 1 prints it, no time limit and the derived interval: added after the first 850 trials.
+# With the head muscle as eq. 1 prints it, no time limit, the derived interval: added after 850 trials.
 _EXTERNAL = (
     (0.7, 2.4, 1.5, DERIVED_INTERVAL, 6.5, 6.3, NO_LIMIT),
     (0.7, 2.4, 1.5, DERIVED_INTERVAL, 3.0, 6.3, NO_LIMIT),
