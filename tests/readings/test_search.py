@@ -121,6 +121,20 @@ def test_a_search_goes_on_where_it_stopped(bases, tmp_path):
     assert json.loads(first["changes"][0]) == LEADS[0].changes
 
 
+def test_most_trials_are_drawn_at_random(bases, tmp_path, monkeypatch):
+    samplers = []
+
+    def drawn(trial):
+        samplers.append(type(trial.study.sampler))
+        return draw(trial)
+
+    monkeypatch.setattr(rounds, "draw", drawn)
+    monkeypatch.setattr(rounds, "INFORMED", 2)
+    run_trials(bases, tmp_path / "j.log", first=(), seeds=(0,), trials=3, jobs=1, say=str)
+    informed, random = optuna.samplers.TPESampler, optuna.samplers.RandomSampler
+    assert samplers[:3] == [informed, random, informed]
+
+
 def test_later_rounds_look_up_what_is_finished(bases, tmp_path):
     said = []
     options = {"seeds": (0, 1), "folder": tmp_path, "jobs": 1, "say": said.append}

@@ -114,8 +114,8 @@ def _work(journal: Path, bases: Mapping[str, RunConfig], seeds: tuple[int, ...],
         if number % INFORMED:
             study.sampler = optuna.samplers.RandomSampler(seed=_SEED + number)
         asked = study.ask()
-        study.sampler = informed
         reading = Reading(f"trial-{asked.number:04d}", "search", draw(asked))
+        study.sampler = informed
         try:
             found = row(try_reading(reading, bases, seeds), bases)
         except ValueError as error:
@@ -232,14 +232,24 @@ def run_again(
     folder: Path,
     jobs: int,
     say: Callable[[str], None],
+    least: float = 0.0,
 ) -> pd.DataFrame:
-    """Run a later stage on fresh seeds, patiently; what is finished is looked up.
+    """Run a later stage on fresh seeds; what is finished is looked up.
+
+    Args:
+        readings: what to run.
+        bases: the run of the default reading for each experiment.
+        seeds: of every reading.
+        folder: that keeps what is finished.
+        jobs: parallel processes; 0 is one per core.
+        say: told what was found.
+        least: share of the regularized runs that has to find the wiring for the other gaits to be run.
 
     Returns:
         One row per reading, see `row`.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    tasks = (delayed(_again)(each, dict(bases), tuple(seeds), folder) for each in readings)
+    tasks = (delayed(_again)(each, dict(bases), tuple(seeds), folder, least) for each in readings)
     rows: list[dict[str, Any]] = []
     workers: Any = Parallel(n_jobs=jobs or os.cpu_count() or 1, return_as="generator_unordered")
     for found in workers(tasks):
@@ -250,13 +260,15 @@ def run_again(
 
 
 def _again(
-    reading: Reading, bases: Mapping[str, RunConfig], seeds: tuple[int, ...], folder: Path
+    reading: Reading, bases: Mapping[str, RunConfig], seeds: tuple[int, ...], folder: Path, least: float
 ) -> dict[str, Any]:
     path = folder / f"{reading.name}-{seeds[0]}-{len(seeds)}.json"
     if path.is_file():
         known: dict[str, Any] = json.loads(path.read_text())
         return known
-    found = row(try_reading(reading, bases, seeds, patient=True), bases)
+    fewest, all_seeds = ((len(seeds), least),), len(seeds)
+    trial = try_reading(reading, bases, seeds, fewest=fewest, paired=all_seeds, patient=not least)
+    found = row(trial, bases)
     draft = path.with_suffix(f".{os.getpid()}")
     draft.write_text(json.dumps(found))
     draft.replace(path)

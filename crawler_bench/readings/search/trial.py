@@ -16,6 +16,7 @@ import pandas as pd
 from crawler_bench.config.schema import RunConfig, override
 from crawler_bench.paper.verdicts import Results
 from crawler_bench.readings.catalogue import Reading
+from crawler_bench.readings.fields import Value
 from crawler_bench.readings.laboratory import EXPERIMENTS, REGULARIZED, UNREGULARIZED
 from crawler_bench.readings.scoring import Score, score
 from crawler_bench.runs.evaluation import Evaluation, measure
@@ -56,6 +57,7 @@ class _Bench:
 
     reading: Reading
     bases: Mapping[str, RunConfig]
+    measured_with: Mapping[str, Value] = field(default_factory=dict)
     learned: list[tuple[str, RunConfig, int, np.ndarray, pd.DataFrame]] = field(default_factory=list)
     known: dict[tuple[str, bytes, int], Evaluation] = field(default_factory=dict)
     wave_off: dict[str, float] = field(default_factory=dict)
@@ -76,6 +78,7 @@ class _Bench:
                 config = _quick(config)
             elif experiment == UNTRAINED:  # nothing asks how noise acts on it
                 config = override(config, {"evaluation.noise": [0.0]}, "trial")
+            config = override(config, dict(self.measured_with), "trial")
             evaluation = self.evaluate(experiment, config, seed, table)
             name = f"{experiment}-seed{seed:02d}"
             found.append(Measured(label(experiment, config, seed), name, evaluation, curve))
@@ -95,7 +98,14 @@ def _quick(config: RunConfig) -> RunConfig:
 
 
 def try_reading(
-    reading: Reading, bases: Mapping[str, RunConfig], seeds: Sequence[int], *, patient: bool = False
+    reading: Reading,
+    bases: Mapping[str, RunConfig],
+    seeds: Sequence[int],
+    *,
+    fewest: Sequence[tuple[int, float]] = FEWEST,
+    paired: int = PAIRED,
+    patient: bool = False,
+    measured_with: Mapping[str, Value] | None = None,
 ) -> Trial:
     """Train and score one reading.
 
@@ -103,11 +113,14 @@ def try_reading(
         reading: the reading.
         bases: the run of the default reading for each experiment.
         seeds: of the training runs.
+        fewest: (number of first runs, least share of them that has to find the wiring).
+        paired: how many of the seeds the other gaits are run with.
         patient: never give up, and run the other gaits with every seed.
+        measured_with: what is changed after the training, by dotted key.
     """
-    bench = _Bench(reading, bases)
+    bench = _Bench(reading, bases, dict(measured_with or {}))
     stopped = ""
-    for reason in _stages(bench, seeds, seeds if patient else seeds[:PAIRED]):
+    for reason in _stages(bench, seeds, seeds if patient else seeds[:paired], fewest):
         if reason and not patient:
             stopped = reason
             break
@@ -116,7 +129,9 @@ def try_reading(
     return Trial(reading, found, runs, stopped, float(np.mean([*bench.wave_off.values()])))
 
 
-def _stages(bench: _Bench, seeds: Sequence[int], paired: Sequence[int]) -> Iterator[str]:
+def _stages(
+    bench: _Bench, seeds: Sequence[int], paired: Sequence[int], fewest: Sequence[tuple[int, float]]
+) -> Iterator[str]:
     """Run all that there is to run; yield, in between, why the rest would be in vain."""
     bench.wave_off = _wave_by_hand(bench)
     far = [name for name in PAPER if bench.wave_off[name] > HOPELESS]
@@ -126,7 +141,7 @@ def _stages(bench: _Bench, seeds: Sequence[int], paired: Sequence[int]) -> Itera
     for seed in seeds:
         policy = bench.learn(REGULARIZED, seed).argmax(axis=1)
         found.append(bool((policy == np.arange(policy.size)).all()))
-        few = any(len(found) >= n and np.mean(found) < share for n, share in FEWEST)
+        few = any(len(found) >= n and np.mean(found) < share for n, share in fewest)
         yield "few runs find the wiring" if few else ""
     for seed in paired:
         bench.learn(UNREGULARIZED, seed)

@@ -1,0 +1,76 @@
+"""Whether the chosen reading holds where nothing was fitted: other numerics, other intervals, other seeds."""
+
+import os
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from joblib import Parallel, delayed
+
+from crawler_bench.config.schema import RunConfig
+from crawler_bench.readings.catalogue import Reading
+from crawler_bench.readings.fields import NO_LIMIT, Value
+from crawler_bench.readings.laboratory import REGULARIZED
+from crawler_bench.readings.search.rounds import row
+from crawler_bench.readings.search.trial import try_reading
+
+TIME_LIMIT = 4000.0  # tau: several times as long as an episode of the wave
+FURTHER = 10  # seeds drawn at random
+
+
+def guarded(reading: Reading) -> Reading:
+    """The reading with a time limit, if it has none: a default has to end the episodes of any agent."""
+    if reading.changes.get("environment.time_limit") != NO_LIMIT:
+        return reading
+    limit = {"environment.time_limit": TIME_LIMIT}
+    return Reading(f"{reading.name}-with-time-limit", reading.family, {**reading.changes, **limit})
+
+
+def holding(
+    reading: Reading, bases: Mapping[str, RunConfig], seeds: Sequence[int], jobs: int = 0
+) -> pd.DataFrame:
+    """Try a reading under other numerics and on further seeds.
+
+    Args:
+        reading: the reading.
+        bases: the run of the default reading for each experiment.
+        seeds: of the training runs, except those drawn here.
+        jobs: parallel processes; 0 is one per core.
+
+    Returns:
+        One row per case: case, seeds, and what `row` says of it.
+    """
+    half = _half_interval(reading.configure(bases[REGULARIZED]))
+    drawn = tuple(int(seed) for seed in np.random.default_rng().integers(10_000, 2**31, FURTHER))
+    cases: list[tuple[str, dict[str, Value], dict[str, Value], Sequence[int]]] = [
+        ("further seeds, drawn at random", {}, {}, drawn),
+        ("steps of dt = 0.01", {"parameters.integrator": "step"}, {}, seeds),
+        ("steps of dt = 0.002", {"parameters.integrator": "step", "parameters.dt": 0.002}, {}, seeds),
+        ("trained policies at half the decision interval", {}, half, seeds),
+        ("trained and measured at half the decision interval", half, {}, seeds),
+    ]
+    tasks = (
+        delayed(_case)(
+            name, Reading(reading.name, "search", {**reading.changes, **change}), bases, of, measured
+        )
+        for name, change, measured, of in cases
+    )
+    rows: list[dict[str, Any]] = Parallel(n_jobs=jobs or os.cpu_count() or 1)(tasks)
+    return pd.DataFrame(rows)
+
+
+def _half_interval(config: RunConfig) -> dict[str, Value]:
+    p = config.parameters  # half of dt, too, so that the interval stays a whole multiple of it
+    return {"parameters.decision_interval": p.decision_interval / 2, "parameters.dt": p.dt / 2}
+
+
+def _case(
+    name: str,
+    reading: Reading,
+    bases: Mapping[str, RunConfig],
+    seeds: Sequence[int],
+    measured: Mapping[str, Value],
+) -> dict[str, Any]:
+    found = row(try_reading(reading, bases, seeds, patient=True, measured_with=measured), bases)
+    return {"case": name, "seeds": " ".join(map(str, seeds)), **found}
