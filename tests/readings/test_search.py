@@ -10,11 +10,14 @@ import pytest
 
 from crawler_bench.config.files import config_folder, load_experiment
 from crawler_bench.readings.catalogue import LITERAL, Reading
+from crawler_bench.readings.fields import NO_LIMIT
 from crawler_bench.readings.laboratory import EXPERIMENTS, REGULARIZED, UNREGULARIZED
 from crawler_bench.readings.search import freeing as freeing_module
+from crawler_bench.readings.search import holding as holding_module
 from crawler_bench.readings.search import rounds, tables
 from crawler_bench.readings.search import trial as trial_module
 from crawler_bench.readings.search.freeing import FACTORS, NOISE, SCALED, freeing
+from crawler_bench.readings.search.holding import FURTHER, TIME_LIMIT, guarded, holding
 from crawler_bench.readings.search.leads import LEADS
 from crawler_bench.readings.search.off_diagonal import off_diagonal
 from crawler_bench.readings.search.rounds import best, ordered_finals, run_again, run_trials
@@ -171,6 +174,44 @@ def test_each_field_is_changed_alone_to_see_which_frees_a_learner(bases, monkeyp
     assert found[found["field"] == "time_limit"]["value"].tolist() == [1000 * each for each in FACTORS]
     assert {seed for _, seed in tried} == {3, 4}
     assert len({config.model_dump_json() for config, _ in tried}) == len(found)
+
+
+def test_a_default_without_a_time_limit_gets_one():
+    free = Reading("free", "search", {"environment.time_limit": NO_LIMIT, "parameters.tau_f": 0.5})
+    assert guarded(free).changes == {"environment.time_limit": TIME_LIMIT, "parameters.tau_f": 0.5}
+    assert guarded(LEADS[0]) is LEADS[0]
+
+
+def test_the_chosen_reading_is_tried_where_nothing_was_fitted(bases, monkeypatch):
+    tried = []
+
+    def tries(reading, bases, seeds, *, patient, measured_with):
+        tried.append((reading.changes, tuple(seeds), measured_with))
+        results = plant()
+        return Trial(reading, score(results, range(5)), results.runs)
+
+    monkeypatch.setattr(holding_module, "try_reading", tries)
+    found = holding(LEADS[0], bases, (3, 4), jobs=1)
+    assert found["case"].is_unique
+    of = dict(zip(found["case"], tried, strict=True))
+    changes, drawn, _ = of["further seeds, drawn at random"]
+    assert changes == LEADS[0].changes
+    assert len(set(drawn)) == FURTHER
+    assert not set(drawn) & set(range(1000))
+    assert {of[f"steps of dt = {dt}"][0]["parameters.integrator"] for dt in ("0.01", "0.002")} == {"step"}
+    assert of["steps of dt = 0.002"][0]["parameters.dt"] == 0.002
+    half = LEADS[0].changes["parameters.decision_interval"] / 2
+    assert of["trained policies at half the decision interval"][2]["parameters.decision_interval"] == half
+    changes, seeds, measured = of["trained and measured at half the decision interval"]
+    assert (changes["parameters.decision_interval"], seeds, measured) == (half, (3, 4), {})
+
+
+def test_a_trial_is_measured_with_what_is_changed_after_the_training(bases):
+    def speed(**options):
+        found = try_reading(LEADS[1], bases, (0,), patient=True, **options)
+        return found.runs.set_index("experiment").loc[UNTRAINED, "speed"]
+
+    assert speed(measured_with={"parameters.muscle_force_max": 0.5}) < 0.7 * speed()
 
 
 def test_blocks_say_that_nothing_was_searched_yet(tmp_path):

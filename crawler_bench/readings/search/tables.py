@@ -33,6 +33,8 @@ def blocks(folder: Path) -> dict[str, Callable[[], str]]:
     return {
         "search summary": block(_summary, "trials", "again", "finals"),
         "search finals": block(_finals, "finals"),
+        "search default": block(_finals, "default"),
+        "search holding": block(_holding, "holding"),
         "search former rule": block(_former_rule, "trials"),
         "search off the diagonal": block(_off_diagonal, "off_diagonal", "finals"),
         "search freeing": block(_freeing, "freeing"),
@@ -73,6 +75,18 @@ def _finals(finals: pd.DataFrame) -> str:
         "fails": finals["failures"].fillna("").str.replace(" ", ", "),
     })  # fmt: skip
     return markdown(rows)
+
+
+def _holding(cases: pd.DataFrame) -> str:
+    """One row per case of other numerics, intervals and seeds."""
+    numbers = {
+        "on_diagonal": "on the diagonal", "random_ratio": "random / gait", "kept": "speed kept",
+        "speed": "speed", "waves_per_tau": "waves per tau", "peak_contraction": "peak",
+        "unregularized": "unregularized",
+    }  # fmt: skip
+    shown = {name: cases[column].map(format_number) for column, name in numbers.items()}
+    fails = cases["failures"].fillna("").str.replace(" ", ", ")
+    return markdown(pd.DataFrame({"case": cases["case"], "n": cases["n"], **shown, "fails": fails}))
 
 
 def _values(changes: str) -> str:
