@@ -168,7 +168,7 @@ def test_each_field_is_changed_alone_to_see_which_frees_a_learner(bases, monkeyp
 
     monkeypatch.setattr(freeing_module, "learn", learns)
     found = freeing(LEADS[0], bases, (3, 4), jobs=1)
-    assert len(found) == 1 + len(SCALED) * len(FACTORS) + len(NOISE)
+    assert len(found) == 1 + 2 + len(SCALED) * len(FACTORS) + len(NOISE)
     assert found["n"].tolist() == [2] * len(found)
     assert found[found["on_diagonal"] == 1]["field"].tolist() == ["noise"]
     assert found[found["field"] == "time_limit"]["value"].tolist() == [1000 * each for each in FACTORS]

@@ -149,7 +149,7 @@ def _freeing(cases: pd.DataFrame) -> str:
         {
             "changed alone": field,
             "to: share on the diagonal": ", ".join(
-                f"{value:g}: {share:.0%}" for value, share in zip(of["value"], of["on_diagonal"], strict=True)
+                f"{value}: {share:.0%}" for value, share in zip(of["value"], of["on_diagonal"], strict=True)
             ),
         }
         for field, of in cases[cases["field"] != ""].groupby("field", sort=False)
