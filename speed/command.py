@@ -10,6 +10,7 @@ from pathlib import Path
 
 import torch
 
+from crawler_bench.runs.checksums import seal
 from crawler_bench.runs.store import write_manifest
 from speed import environments, figures, learning, physics, start_up
 from speed.history import History
@@ -38,7 +39,7 @@ def main(words: Sequence[str] | None = None) -> int:
     arguments = parser.parse_args(words)
     effort = QUICK if arguments.quick else FULL
     folder = arguments.out or OUT[effort.quick]
-    started, load, core = time.time(), os.getloadavg(), use_one_core(pin=not effort.quick)
+    started, load, core = time.monotonic(), os.getloadavg(), use_one_core(pin=not effort.quick)
     measured: list[Measurement] = []
     for part in PARTS:
         measured += part(effort)
@@ -49,6 +50,7 @@ def main(words: Sequence[str] | None = None) -> int:
     history = History(folder)
     history.append(json.loads((folder / "manifest.json").read_text()), measured)
     figures.draw(history, folder)
+    seal(folder, folder.name)
     print(folder)
     failed = [each for each in measured if not each.goal_met]
     for each in failed:

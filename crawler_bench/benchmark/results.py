@@ -50,7 +50,7 @@ def write_benchmark(
         One sentence: what all runs cost.
     """
     with store.replace(folder) as draft:
-        started = time.time()
+        started = time.monotonic()
         hasher = Hasher({entry.name: entry for entry in entries})
         say("measuring traps, and speed against the temperature of a policy")
         explained, shares = _explain(found, entries)

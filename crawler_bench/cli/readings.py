@@ -110,7 +110,7 @@ def _study(laboratory: "Laboratory", size: "Size", folder: Path, preset: Preset)
     from crawler_bench.readings.results import write
     from crawler_bench.readings.study import conduct
 
-    started = time.time()
+    started = time.monotonic()
     require_ours(folder, "readings", "readings.csv")
     study = conduct(laboratory, size.readings(), size)
     print_frame(write(study, folder, started, logger(laboratory.quiet))[SHOWN].head(20))

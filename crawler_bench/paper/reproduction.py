@@ -84,7 +84,7 @@ def write_results(
     Returns:
         The claims.
     """
-    started = time.time()
+    started = time.monotonic()
     claims = found.claims(options=options)
     order = ["experiment", "regularization", "seed"]
     frames = {

@@ -2,6 +2,7 @@
 
 import time
 import zipfile
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -14,7 +15,8 @@ from crawler_bench.config.schema import EvaluationConfig, RunConfig
 from crawler_bench.gait import metrics
 from crawler_bench.gait.record import Record
 from crawler_bench.gait.rollout import rollout
-from crawler_bench.runs import store
+from crawler_bench.runs import checksums, claims, store
+from crawler_bench.runs.keys import evaluation_key
 from crawler_bench.runs.policy_table import action_table, probabilities
 from crawler_bench.runs.training import load_agent
 
@@ -39,35 +41,53 @@ class Evaluation:
     gait: Record
 
 
-def evaluate(folder: Path, config: EvaluationConfig | None = None) -> Path:
-    """Evaluate a trained run, unless it has been done.
+def evaluate(
+    folder: Path,
+    config: EvaluationConfig | None = None,
+    *,
+    wait: bool = True,
+    say: Callable[[str], None] = store.complain,
+) -> Path:
+    """Evaluate a trained run, unless it has been done, and is sound.
 
     Args:
         folder: the run.
         config: how; by default as the run's own configuration says.
+        wait: for another process that evaluates the same run.
+        say: told if the evaluation was there, but damaged.
 
     Returns:
         The folder of the evaluation, inside the run's.
     """
     run, seed = store.read_run(folder)
-    config = config or run.evaluation
-    place = folder / f"evaluation-{store.evaluation_key(config)}"
-    if (place / store.MANIFEST).is_file():
-        return place
-    started = time.time()
-    table = action_table(load_agent(folder, run), run.parameters.n_segments, config.mode)
-    evaluation = measure(run, seed, table, config)
-    with store.publish(place) as draft:
+    chosen = config or run.evaluation
+    place = folder / f"evaluation-{evaluation_key(chosen)}"
+    trained = checksums.identity(folder)
+
+    def write(draft: Path) -> None:
+        started = time.monotonic()
+        table = action_table(load_agent(folder, run), run.parameters.n_segments, chosen.mode)
+        evaluation = measure(run, seed, table, chosen)
         np.savetxt(draft / "table.csv", evaluation.table, delimiter=",", fmt="%.17g")
         for name in ("starts", "cycles", "nodes"):
             getattr(evaluation, name).to_csv(draft / f"{name}.csv", index=False)
         np.savez_compressed(draft / "gait.npz", **vars(evaluation.gait))
-        store.write_manifest(draft, started)
+        store.write_manifest(draft, started, run=trained)
+
+    if not place.exists():
+        claims.sweep(folder)
+    store.make(place, write, of=trained, wait=wait, say=say)
     return place
 
 
 def read_evaluation(place: Path) -> Evaluation:
-    """Read what `evaluate` wrote."""
+    """Read what `evaluate` wrote.
+
+    Raises:
+        NotARunError: if it is not as it was written.
+    """
+    if reason := checksums.damage(place):
+        raise store.NotARunError(f"{reason}; repeat the command: it is measured again")
     try:
         starts, cycles, nodes = (pd.read_csv(place / f"{name}.csv") for name in ("starts", "cycles", "nodes"))
         starts[["noise", "start", "speed", "stalled"]], cycles["duration"]

@@ -8,7 +8,9 @@ import pandas as pd
 
 from crawler_bench.config.schema import RunConfig
 from crawler_bench.gait import metrics
+from crawler_bench.runs import checksums
 from crawler_bench.runs.evaluation import Evaluation, read_evaluation
+from crawler_bench.runs.store import NotARunError
 from crawler_bench.runs.sweep import Outcome
 
 
@@ -34,12 +36,17 @@ def read_outcomes(outcomes: Sequence[Outcome]) -> tuple[pd.DataFrame, pd.DataFra
 
     Returns:
         runs, one row per run; evaluations, one per run, noise and start; cycles, one per cycle.
+
+    Raises:
+        NotARunError: if a file is not as it was written.
     """
     measured = []
     for outcome in outcomes:
         if outcome.folder is None or outcome.evaluation is None:
             continue
         key = label(outcome.cell.experiment, outcome.cell.config, outcome.cell.seed)
+        if reason := checksums.damage(outcome.folder):
+            raise NotARunError(f"{reason}; repeat the command: it is made again")
         learning = pd.read_csv(outcome.folder / "learning.csv")
         measured.append(Measured(key, outcome.folder.name, read_evaluation(outcome.evaluation), learning))
     return tabulate(measured)

@@ -1,79 +1,53 @@
 """Run folders: where finished work lives, keyed by what decides it.
 
-A folder is written beside its final place and renamed when it is complete, so that it exists whole or not at
-all, however the process ends. Nothing in it is ever overwritten; only its manifest knows the time of day.
+A folder is written beside its final place, sealed with the checksums of its files, and renamed when it is
+complete, so that it exists whole or not at all, however the process ends. Who writes has claimed it, so that
+many processes, on many machines, share one store. Nothing in a folder is ever overwritten; only its manifest
+knows the time of day.
 """
 
 import errno
-import hashlib
-import importlib.util
+import functools
 import json
 import os
 import platform
+import re
 import shlex
 import shutil
 import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from datetime import UTC, datetime
-from importlib.metadata import PackageNotFoundError, version
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from crawler_bench.config.files import agent_spec, read_mapping
-from crawler_bench.config.schema import EvaluationConfig, RunConfig, to_mapping, to_yaml
-from crawler_bench.physics.compiled import KERNEL_HASH, source_hash
+from crawler_bench.config.files import read_mapping
+from crawler_bench.config.schema import RunConfig, to_yaml
+from crawler_bench.runs import checksums, claims
+from crawler_bench.runs.checksums import MANIFEST
+from crawler_bench.runs.keys import installed_version, training_key
 
-MANIFEST = "manifest.json"
 CONFIG = "config.yaml"
-# Of the sources as this process imported them, like KERNEL_HASH.
-_HERE = Path(__file__).parent
-TRAINING_HASH = source_hash(_HERE / "training.py")
-EVALUATION_SOURCES = (_HERE.parent / "gait", _HERE / "policy_table.py", _HERE / "evaluation.py")
-EVALUATION_HASH = source_hash(*EVALUATION_SOURCES)
 PACKAGES = ("numpy", "scipy", "numba", "gymnasium", "stable-baselines3", "torch", "pandas", "matplotlib")
+
+
+def complain(text: str) -> None:
+    """Say something on standard error."""
+    print(f"crawler-bench: {text}", file=sys.stderr)
 
 
 class NotARunError(ValueError):
     """A folder that is not a finished run, said in one line."""
 
 
-def training_key(config: RunConfig, seed: int) -> str:
-    """Ten digits that name a training run: its configuration, its seed and the sources that it runs."""
-    sources = [KERNEL_HASH, TRAINING_HASH, source_hash(*_agent_sources(config))]
-    content = to_mapping(config) | {"seed": seed, "sources": sources}
-    del content["evaluation"]
-    return _digest(content)
-
-
-def evaluation_key(config: EvaluationConfig) -> str:
-    """Ten digits that name an evaluation: its configuration and the sources that measure."""
-    return _digest(to_mapping(config) | {"sources": [KERNEL_HASH, EVALUATION_HASH]})
-
-
-def _digest(content: dict[str, Any]) -> str:
-    return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()[:10]
-
-
-def _agent_sources(config: RunConfig) -> list[Path]:
-    """Where an agent's code lives: the folder of its package, or its one file."""
-    module = agent_spec(config.agent).partition(":")[0]
-    try:
-        found = importlib.util.find_spec(module)
-    except (ImportError, ValueError):
-        found = None
-    if found is None or found.origin is None:
-        return []
-    return [Path(found.origin).parent if "." in module else Path(found.origin)]
-
-
 def run_folder(root: Path, config: RunConfig, seed: int) -> Path:
     """Folder of a training run: readable words first, then what makes it unique."""
     agent = config.agent.rpartition(":")[2].lower()
-    words = f"{agent}-eps{config.environment.regularization:g}-seed{seed:02d}"
+    words = re.sub(r"[^\w.-]", "-", f"{agent}-eps{config.environment.regularization:g}-seed{seed:02d}")
     return root / f"{words}-{training_key(config, seed)}"
 
 
@@ -86,13 +60,15 @@ def read_run(folder: Path) -> tuple[RunConfig, int]:
     """Configuration and seed of a finished run.
 
     Raises:
-        NotARunError: if the folder is not one of ours.
+        NotARunError: if the folder is not one of ours, or not as it was written.
     """
     if not is_run(folder):
         there = "is not a finished run" if folder.is_dir() else "does not exist"
         raise NotARunError(
             f"{folder} {there}: a run folder holds {CONFIG} and {MANIFEST}; `crawler-bench train` makes one"
         )
+    if reason := checksums.damage(folder):
+        raise NotARunError(f"{reason}; train that run again, in another folder or without this one")
     try:
         content = read_mapping(folder / CONFIG)
         return RunConfig.model_validate(content["run"]), int(content["seed"])
@@ -109,57 +85,94 @@ def write_config(folder: Path, config: RunConfig, seed: int) -> None:
 
 
 @contextmanager
-def publish(folder: Path) -> Iterator[Path]:
+def publish(folder: Path, *, of: str = "") -> Iterator[Path]:
     """Give a folder to write into that becomes `folder` when the block ends well, and vanishes otherwise.
 
     If another process has published the same folder meanwhile, its copy, which is the same, stays. A folder
-    without a manifest, which somebody has broken, is replaced.
+    that is damaged is replaced.
+
+    Args:
+        folder: to be published; claimed by the caller.
+        of: checksum of the manifest of the run that it belongs to, see `damage`.
     """
+    with _draft(folder) as draft:
+        yield draft
+        checksums.seal(draft, folder.name)
+        if not folder.is_dir() or checksums.damage(folder, folder.name, of=of):
+            _exchange(draft, folder)
+
+
+@contextmanager
+def replace(folder: Path) -> Iterator[Path]:
+    """Give a folder to write into that takes the place of `folder` when the block ends well.
+
+    Waits for any other process that writes the same folder.
+    """
+    claims.sweep(folder.parent, folder.name)
+    with claims.claim(folder), _draft(folder) as draft:
+        yield draft
+        checksums.seal(draft, folder.name)
+        _exchange(draft, folder)
+
+
+@contextmanager
+def _draft(folder: Path) -> Iterator[Path]:
     folder.parent.mkdir(parents=True, exist_ok=True)
     draft = Path(tempfile.mkdtemp(prefix=f".partial-{folder.name}-", dir=folder.parent))
     try:
         draft.chmod(0o755)
         yield draft
-        if folder.is_dir() and not (folder / MANIFEST).is_file():
-            folder.rename(tempfile.mkdtemp(prefix=f".partial-{folder.name}-broken-", dir=folder.parent))
-        try:
-            draft.rename(folder)
-        except OSError:
-            if not (folder / MANIFEST).is_file():
-                raise
     finally:
         shutil.rmtree(draft, ignore_errors=True)
 
 
-@contextmanager
-def replace(folder: Path) -> Iterator[Path]:
-    """Give a folder to write into that takes the place of `folder` when the block ends well."""
-    folder.parent.mkdir(parents=True, exist_ok=True)
-    draft, old = (
-        Path(tempfile.mkdtemp(prefix=f".partial-{folder.name}-", dir=folder.parent)) for _ in range(2)
-    )
+def _exchange(draft: Path, folder: Path) -> None:
+    """Rename a draft to what may be there already; that comes back if it fails."""
+    old = None
+    if folder.exists():
+        old = Path(tempfile.mkdtemp(prefix=f".partial-{folder.name}-old-", dir=folder.parent))
+        folder.rename(old)
     try:
-        draft.chmod(0o755)
-        yield draft
-        if folder.exists():
-            folder.rename(old)
-        try:
-            draft.rename(folder)
-        except OSError:
-            if not folder.exists():
-                old.rename(folder)
-            raise
+        draft.rename(folder)
+    except OSError:
+        if old is not None and not folder.exists():
+            old.rename(folder)
+        raise
     finally:
-        for left in (draft, old):
-            shutil.rmtree(left, ignore_errors=True)
+        if old is not None:
+            shutil.rmtree(old, ignore_errors=True)
+    checksums.sync(folder.parent)
 
 
-def sweep_drafts(root: Path, older_than: float = 3600.0) -> None:
-    """Remove what killed processes left behind."""
-    for draft in root.glob("**/.partial-*"):
-        with suppress(FileNotFoundError):
-            if time.time() - draft.stat().st_mtime > older_than:
-                shutil.rmtree(draft, ignore_errors=True)
+def make(
+    folder: Path,
+    write: Callable[[Path], None],
+    *,
+    of: str = "",
+    wait: bool = True,
+    say: Callable[[str], None] = complain,
+) -> None:
+    """Make a folder, unless it is there and sound: one process at a time, the others find it made.
+
+    Args:
+        folder: the folder.
+        write: fills a draft of it.
+        of: checksum of the manifest of the run that it belongs to, see `damage`.
+        wait: for another process that makes it.
+        say: told if the folder is damaged, and therefore made again.
+
+    Raises:
+        Busy: if another process is making it, and `wait` is false.
+    """
+    if folder.exists() and not checksums.damage(folder, folder.name, of=of):
+        return
+    with claims.claim(folder, wait):
+        if folder.exists():
+            if not (reason := checksums.damage(folder, folder.name, of=of)):
+                return
+            say(f"{reason}; it is made again")
+        with publish(folder, of=of) as draft:
+            write(draft)
 
 
 def write_manifest(folder: Path, started: float, **facts: Any) -> None:
@@ -167,16 +180,16 @@ def write_manifest(folder: Path, started: float, **facts: Any) -> None:
 
     Args:
         folder: the folder.
-        started: `time.time()` when the work began.
+        started: `time.monotonic()` when the work began.
         facts: anything else worth knowing.
     """
     manifest = {
         "finished": datetime.now(UTC).isoformat(timespec="seconds"),
-        "wall_clock_seconds": round(time.time() - started, 3),
+        "wall_clock_seconds": round(time.monotonic() - started, 3),
         "crawler_bench": version("crawler-bench"),
         "git": _git_state(),
         "python": platform.python_version(),
-        "packages": {name: _version(name) for name in PACKAGES},
+        "packages": {name: installed_version(name) for name in PACKAGES},
         "machine": {"system": platform.platform(), "cpu": _cpu(), "cores": os.cpu_count()},
         "threads": {name: os.environ.get(name) for name in ("OMP_NUM_THREADS", "NUMBA_NUM_THREADS")},
     }
@@ -198,8 +211,9 @@ def explain(error: BaseException) -> str:
     return f"{error.filename}: {error.strerror}" if error.filename else str(error)
 
 
+@functools.cache
 def _git_state() -> dict[str, Any] | None:
-    """Commit of the checkout that the code runs from, and whether it has local changes; None elsewhere."""
+    """Commit of the checkout that the code was imported from, and if it had local changes; None elsewhere."""
 
     def git(*words: str) -> str:
         place = Path(__file__).resolve().parents[2]
@@ -217,13 +231,7 @@ def _git_state() -> dict[str, Any] | None:
         return None
 
 
-def _version(package: str) -> str | None:
-    try:
-        return version(package)
-    except PackageNotFoundError:
-        return None
-
-
+@functools.cache
 def _cpu() -> str:
     try:
         lines = Path("/proc/cpuinfo").read_text().splitlines()

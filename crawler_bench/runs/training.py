@@ -2,6 +2,7 @@
 
 import inspect
 import time
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -79,30 +80,39 @@ def load_agent(folder: Path, config: RunConfig) -> Agent:
 
 
 def agent_file(folder: Path) -> Path:
-    """The saved agent of a run; Stable-Baselines3 puts .zip behind the name."""
-    saved = sorted(folder.glob("agent*"))
-    return saved[0] if saved else folder / "agent.json"
+    """The saved agent of a run; one of Stable-Baselines3 is an archive."""
+    archive = folder / "agent.zip"
+    return archive if archive.is_file() else folder / "agent.json"
 
 
-def train(config: RunConfig, seed: int, root: Path, progress_bar: bool = False) -> Path:
-    """Train a run, unless it is there already.
+def train(
+    config: RunConfig,
+    seed: int,
+    root: Path,
+    progress_bar: bool = False,
+    *,
+    wait: bool = True,
+    say: Callable[[str], None] = store.complain,
+) -> Path:
+    """Train a run, unless it is there already, and sound.
 
     Args:
         config: the run.
         seed: of agent and environment.
         root: folder of run folders.
         progress_bar: show one.
+        wait: for another process that trains the same run.
+        say: told if the run was there, but damaged.
 
     Returns:
         The run's folder: config.yaml, command.txt, manifest.json, learning.csv, the saved agent and, for an
         agent with a table of values, snapshots.npz (decisions, and the table at each).
     """
     folder = store.run_folder(root, config, seed)
-    if store.is_run(folder):
-        return folder
-    started = time.time()
-    agent, recorder = learn(config, seed, progress_bar)
-    with store.publish(folder) as draft:
+
+    def write(draft: Path) -> None:
+        started = time.monotonic()
+        agent, recorder = learn(config, seed, progress_bar)
         store.write_config(draft, config, seed)
         store.write_command(draft)
         # Stable-Baselines3 saves an archive, and wants a name that says so.
@@ -112,6 +122,8 @@ def train(config: RunConfig, seed: int, root: Path, progress_bar: bool = False) 
             decisions, tables = zip(*recorder.snapshots, strict=True)
             np.savez_compressed(draft / "snapshots.npz", decisions=decisions, q_table=np.array(tables))
         store.write_manifest(draft, started, seed=seed, agent=config.agent)
+
+    store.make(folder, write, wait=wait, say=say)
     return folder
 
 

@@ -10,6 +10,7 @@ import pytest
 from crawler_bench.config.schema import RunConfig, override
 from crawler_bench.gait import metrics
 from crawler_bench.gait.rollout import rollout
+from crawler_bench.runs import checksums
 from crawler_bench.runs.evaluation import measure, read_evaluation
 from crawler_bench.runs.results import summarize, typical_run
 from crawler_bench.runs.store import NotARunError
@@ -84,8 +85,12 @@ def test_a_damaged_evaluation_is_named_in_one_line(tmp_path, mixed, name, conten
     for each in ("starts", "cycles", "nodes"):
         getattr(mixed, each).to_csv(tmp_path / f"{each}.csv", index=False)
     np.savez_compressed(tmp_path / "gait.npz", **vars(mixed.gait))
+    checksums.seal(tmp_path, "evaluation")
     assert read_evaluation(tmp_path).table.shape == (10, 10)
     (tmp_path / name).write_bytes(content)
+    with pytest.raises(NotARunError, match=f"{name} was changed"):
+        read_evaluation(tmp_path)
+    checksums.seal(tmp_path, "evaluation")
     with pytest.raises(NotARunError, match="is damaged") as caught:
         read_evaluation(tmp_path)
     assert "\n" not in str(caught.value)

@@ -1,91 +1,22 @@
-"""Run folders: keys that change with what decides a run, publishing, compiled code that is never stale."""
+"""Run folders: published whole or not at all, made once however many ask, read as written."""
 
-import os
+import json
 import shutil
-import subprocess
-import sys
 import time
-from dataclasses import fields, replace
 from pathlib import Path
 
 import pytest
 
-from crawler_bench.config.schema import EnvironmentConfig, EvaluationConfig, RunConfig
-from crawler_bench.physics.parameters import CHOICES, CrawlerParameters
-from crawler_bench.runs import store
+from crawler_bench.config.schema import RunConfig, override
+from crawler_bench.runs import checksums, claims, store
+from crawler_bench.runs.keys import training_key
 
-ROOT = Path(store.__file__).parents[2]
 RUN = RunConfig(agent="random")
-
-
-def other_parameters(name: str) -> CrawlerParameters:
-    """The default crawler with another value of one constant."""
-    value = getattr(CrawlerParameters(), name)
-    other = CHOICES[name][-1] if name in CHOICES else value + 1 if name == "n_segments" else 2 * value
-    other = value / 2 if name == "dt" else other
-    return replace(CrawlerParameters(), **{name: other})
-
-
-CHANGES = [
-    *({"parameters": other_parameters(each.name)} for each in fields(RUN.parameters)),
-    *({"environment": EnvironmentConfig(**{name: 7.5})} for name in EnvironmentConfig.model_fields),
-    {"agent": "still"}, {"settings": {"learning_rate": 0.1}}, {"settings": {"learning_rate": 0.2}},
-    {"decisions": 5}, {"crawlers": 2},
-]  # fmt: skip
-OTHERS = [RUN.model_copy(update=change) for change in CHANGES]
-
-
-def test_every_field_that_decides_a_run_changes_its_key():
-    keys = [store.training_key(RUN, 0), store.training_key(RUN, 1)]
-    keys += [store.training_key(other, 0) for other in OTHERS]
-    assert len(set(keys)) == len(keys)
-    assert keys[0] == store.training_key(RunConfig(agent=RUN.agent), 0)
-    assert {len(key) for key in keys} == {10}
-    evaluated = RUN.model_copy(update={"evaluation": EvaluationConfig(starts=3, seed=1)})
-    assert store.training_key(evaluated, 0) == keys[0]  # how a run is evaluated does not change it
-
-
-def test_every_field_of_an_evaluation_changes_its_key():
-    changes = {
-        "starts": 3, "warm_up": 7, "duration": 300, "settle": 7, "gait": 8, "noise": (0, 1),
-        "mode": "stochastic", "seed": 1,
-    }  # fmt: skip
-    assert set(changes) == set(EvaluationConfig.model_fields)
-    keys = [store.evaluation_key(EvaluationConfig(**{name: value})) for name, value in changes.items()]
-    assert len({*keys, store.evaluation_key(EvaluationConfig())}) == len(keys) + 1
-
-
-def test_the_sources_of_an_agent_change_its_key(tmp_path, monkeypatch):
-    monkeypatch.syspath_prepend(str(tmp_path))
-    (tmp_path / "mine_alone.py").write_text("class Agent: pass\n")
-    package = tmp_path / "mine_packed"
-    package.mkdir()
-    for name in ("__init__", "agent", "helper"):
-        (package / f"{name}.py").write_text("")
-    sources = {"mine_alone:A": "mine_alone.py", "mine_packed.agent:A": "mine_packed/helper.py"}
-    for agent, source in sources.items():
-        run = RUN.model_copy(update={"agent": agent})
-        before = store.training_key(run, 0)
-        (tmp_path / source).write_text("# edited\n")
-        assert store.training_key(run, 0) != before
-
-
-def test_the_sources_that_run_and_measure_change_the_keys(monkeypatch):
-    measuring = {place.name for place in store.EVALUATION_SOURCES if place.exists()}
-    assert measuring == {"gait", "evaluation.py", "policy_table.py"}
-    for name, key in (
-        ("EVALUATION_HASH", lambda: store.evaluation_key(EvaluationConfig())),
-        ("TRAINING_HASH", lambda: store.training_key(RUN, 0)),
-        ("KERNEL_HASH", lambda: store.training_key(RUN, 0)),
-    ):
-        before = key()
-        monkeypatch.setattr(store, name, "edited")
-        assert key() != before
 
 
 def test_folder_names_are_readable():
     folder = store.run_folder(Path("runs"), RUN, 3)
-    assert folder == Path("runs") / f"random-eps0.01-seed03-{store.training_key(RUN, 3)}"
+    assert folder == Path("runs") / f"random-eps0.01-seed03-{training_key(RUN, 3)}"
 
 
 def test_publishing_is_all_or_nothing(tmp_path):
@@ -147,34 +78,24 @@ def test_a_folder_without_a_manifest_is_replaced(tmp_path):
     assert (folder / "file").read_text() == "whole"
 
 
-def test_drafts_of_killed_processes_are_swept(tmp_path):
-    old, new, finished = (tmp_path / "run" / name for name in (".partial-old", ".partial-new", "evaluation"))
-    for folder in (old, new, finished):
-        folder.mkdir(parents=True)
-        (folder / "file").write_text("")
-    long_ago = time.time() - 5000
-    os.utime(old, (long_ago, long_ago))
-    os.utime(finished, (long_ago, long_ago))
-    store.sweep_drafts(tmp_path)
-    assert not old.exists()
-    assert new.exists()
-    assert finished.exists()
-    store.sweep_drafts(tmp_path / "nowhere")
-
-
-def test_a_draft_that_is_published_meanwhile_is_not_missed(tmp_path, monkeypatch):
-    monkeypatch.setattr(Path, "glob", lambda self, pattern: iter([self / ".partial-gone"]))
-    store.sweep_drafts(tmp_path)
-
-
 def test_a_run_is_read_as_written(tmp_path):
-    run = OTHERS[0].model_copy(update={"settings": {"learning_rate": 1e-7}})
+    run = override(RUN, {"settings.learning_rate": 1e-7, "regularization": 7.5}, "test")
     assert not store.is_run(tmp_path)
     store.write_config(tmp_path, run, 5)
     assert not store.is_run(tmp_path)
-    store.write_manifest(tmp_path, time.time())
+    store.write_manifest(tmp_path, time.monotonic())
     assert store.is_run(tmp_path)
+    with pytest.raises(store.NotARunError, match="holds no checksums"):
+        store.read_run(tmp_path)
+    checksums.seal(tmp_path, "run")
     assert store.read_run(tmp_path) == (run, 5)
+
+
+def test_a_clock_that_is_set_back_does_not_change_what_a_run_took(tmp_path, monkeypatch):
+    started = time.monotonic()
+    monkeypatch.setattr(time, "time", lambda: 0.0)
+    store.write_manifest(tmp_path, started)
+    assert 0 <= json.loads((tmp_path / store.MANIFEST).read_text())["wall_clock_seconds"] < 60
 
 
 BROKEN = ["seed: 1\nrun: {decision: 5}\n", "seed: x\nrun: {}\n", "5", "[", "seed: 1"]
@@ -182,8 +103,8 @@ BROKEN = ["seed: 1\nrun: {decision: 5}\n", "seed: x\nrun: {}\n", "5", "[", "seed
 
 @pytest.mark.parametrize("content", BROKEN)
 def test_a_broken_configuration_is_said_in_one_line(tmp_path, content):
-    store.write_manifest(tmp_path, time.time())
     (tmp_path / store.CONFIG).write_text(content)
+    checksums.seal(tmp_path, "run")
     with pytest.raises(store.NotARunError, match="does not describe a run") as caught:
         store.read_run(tmp_path)
     assert "\n" not in str(caught.value)
@@ -196,39 +117,38 @@ def test_what_is_not_a_run(tmp_path):
         assert "\n" not in str(caught.value)
 
 
-CRAWL = """
-import crawler_bench.physics
-from crawler_bench.config.schema import RunConfig
-from crawler_bench.physics.coefficients import as_record, coefficients, stepping
-from crawler_bench.physics.state import make_memory, nodes_of
-from crawler_bench.physics.stepped import advance
-from crawler_bench.runs.store import training_key
-parameters = crawler_bench.physics.CrawlerParameters(n_segments=4)
-nodes = nodes_of(make_memory(4))
-advance(nodes, 2, 2000, as_record(coefficients(parameters)), as_record(stepping(parameters)))
-print(crawler_bench.__file__, training_key(RunConfig(), 0), repr(nodes["displacement"].sum()))
-"""
+def write_number(draft: Path) -> None:
+    (draft / "number").write_text("1")
 
 
-def test_an_edit_in_a_file_that_is_called_changes_the_result_and_the_key(tmp_path):
-    """The step that is called is cached by its own, unchanged, file; the friction is in another."""
-    for package in ("crawler_bench", "agents"):
-        shutil.copytree(ROOT / package, tmp_path / package, ignore=shutil.ignore_patterns("__pycache__"))
-    environment = os.environ | {"PYTHONPATH": str(tmp_path), "CRAWLER_BENCH_CACHE": str(tmp_path / "cache")}
+def test_a_folder_is_made_once_and_again_if_it_is_damaged(tmp_path):
+    folder, said = tmp_path / "run", []
+    for _ in range(2):
+        store.make(folder, write_number, say=said.append)
+        made = folder.stat().st_ino
+    assert not said
+    store.make(folder, lambda _: pytest.fail("made again"))
+    (folder / "number").write_text("2")
+    store.make(folder, write_number, say=said.append)
+    assert (folder / "number").read_text() == "1"
+    assert folder.stat().st_ino != made
+    assert said == [f"{folder / 'number'} was changed after it was written; it is made again"]
+    assert [path.name for path in tmp_path.iterdir()] == ["run"]
 
-    def crawl() -> list[str]:
-        words = [sys.executable, "-c", CRAWL]
-        return subprocess.check_output(words, cwd=tmp_path, env=environment, text=True).split()
 
-    before = crawl()
-    assert Path(before[0]).is_relative_to(tmp_path)
-    assert len(list((tmp_path / "cache").iterdir())) == 1
-    body = tmp_path / "crawler_bench" / "physics" / "body.py"
-    text = body.read_text()
-    friction = "return k.forward if slip == FORWARD else -k.backward"
-    assert text.count(friction) == 1
-    body.write_text(text.replace(friction, "return 0.5 * k.forward if slip == FORWARD else -k.backward"))
-    after = crawl()
-    assert after[0] == before[0]
-    assert after[1] != before[1]
-    assert after[2] != before[2]
+def test_what_another_process_makes_is_not_made_twice(tmp_path):
+    folder = tmp_path / "run"
+    with claims.claim(folder), pytest.raises(claims.Busy):
+        store.make(folder, write_number, wait=False)
+    store.make(folder, write_number, wait=False)
+
+
+def test_a_name_from_elsewhere_stays_in_its_folder():
+    run = RUN.model_copy(update={"agent": "still"})
+    for name in ("../../elsewhere", "a/b", "a\nb"):
+        agents = {"still": "agents.reference:Still", name: "agents.reference:Still"}
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr("crawler_bench.config.files.AGENTS", agents)
+            folder = store.run_folder(Path("runs"), run.model_copy(update={"agent": name}), 0)
+        assert folder.parent == Path("runs")
+        assert "\n" not in folder.name

@@ -13,7 +13,7 @@ import pandas as pd
 import pytest
 
 from crawler_bench.config.schema import RunConfig, override
-from crawler_bench.runs import evaluation, store, training
+from crawler_bench.runs import checksums, evaluation, store, training
 from crawler_bench.runs.results import read_outcomes
 from crawler_bench.runs.sweep import Cell, run_cells
 
@@ -161,8 +161,64 @@ def test_a_damaged_agent_is_named_in_one_line(finished, tmp_path):
     shutil.copytree(finished[1][0].folder, folder)
     agent = folder / "agent.json"
     agent.write_text(agent.read_text()[:1000])
+    with pytest.raises(store.NotARunError, match=r"agent\.json was changed"):
+        evaluation.evaluate(folder, RUN.evaluation.model_copy(update={"seed": 99}))
+    checksums.seal(folder, "run")
     with pytest.raises(store.NotARunError, match=r"agent\.json cannot be loaded: is not a saved Q-learning"):
         evaluation.evaluate(folder, RUN.evaluation.model_copy(update={"seed": 99}))
+
+
+def damage_evaluation(outcome) -> None:
+    (outcome.evaluation / "starts.csv").write_text("noise,start,speed,reward,stalled\n0,0,1e300,1,False\n")
+
+
+def damage_curve(outcome) -> None:
+    path = outcome.folder / "learning.csv"
+    path.write_text(path.read_text().rpartition("\n")[0].rpartition("\n")[0])
+
+
+def remove_config(outcome) -> None:
+    (outcome.folder / store.CONFIG).unlink()
+
+
+def empty_agent(outcome) -> None:
+    (outcome.folder / "agent.json").write_text("")
+
+
+@pytest.mark.parametrize("harm", [damage_evaluation, damage_curve, remove_config, empty_agent])
+def test_a_damaged_cell_is_done_again_with_one_line(finished, tmp_path, capsys, harm):
+    root = tmp_path / "runs"
+    shutil.copytree(finished[0], root)
+    cells = [CELLS[4], CELLS[0]]
+    before = run_cells(cells, root, jobs=1, quiet=True)
+    harm(before[1])
+    if harm is not remove_config:
+        with pytest.raises(store.NotARunError, match="was changed after it was written"):
+            read_outcomes(before)
+    capsys.readouterr()
+    outcomes = run_cells(cells, root, jobs=1)
+    said = [line for line in capsys.readouterr().err.splitlines() if "made again" in line]
+    assert len(said) == 1
+    assert said[0].startswith("regularized seed 0: ")
+    expected = contents(finished[0])
+    assert contents(outcomes[1].folder).items() <= {
+        name.partition("/")[2]: content for name, content in expected.items()
+        if name.startswith(outcomes[1].folder.name)
+    }.items()  # fmt: skip
+
+
+def test_swapped_runs_and_evaluations_are_noticed(finished, tmp_path):
+    root = tmp_path / "runs"
+    shutil.copytree(finished[0], root)
+    pair = [CELLS[0], CELLS[2]]
+    for part in ("folder", "evaluation"):
+        one, two = (getattr(outcome, part) for outcome in run_cells(pair, root, jobs=1, quiet=True))
+        one.rename(tmp_path / "aside")
+        two.rename(one)
+        (tmp_path / "aside").rename(two)
+        outcomes = run_cells(pair, root, jobs=1, quiet=True)
+        assert [len(outcome.notes) for outcome in outcomes] == [1, 1]
+        assert contents(outcomes[0].evaluation) == contents(finished[1][0].evaluation)
 
 
 def test_nothing_finished_is_nothing_read():

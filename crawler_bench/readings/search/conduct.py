@@ -46,7 +46,7 @@ def search(
     Returns:
         One row per finalist, the one that the rule chooses first.
     """
-    started = time.time()
+    started = time.monotonic()
     trial_seeds, again_seeds, final_seeds = size.search_seeds
     say(f"{size.trials} trials of {len(trial_seeds)} seeds; what is finished is in {scratch}")
     trials = run_trials(
