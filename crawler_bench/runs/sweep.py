@@ -1,12 +1,10 @@
-"""Experiments, run in parallel processes: resumable, with progress, no failure unseen."""
+"""Experiments, run by many workers: resumable, with progress, no failure unseen."""
 
-import os
 import traceback
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from joblib import Parallel, delayed
 from rich.console import Console
 from rich.progress import (
     BarColumn,
@@ -18,8 +16,9 @@ from rich.progress import (
 )
 
 from crawler_bench.config.schema import ConfigError, Experiment, RunConfig
-from crawler_bench.runs import store
+from crawler_bench.runs import claims, store
 from crawler_bench.runs.agent import agent_class
+from crawler_bench.runs.engines import Lost, Workers, engine
 from crawler_bench.runs.evaluation import evaluate
 from crawler_bench.runs.training import train
 
@@ -49,6 +48,8 @@ class Outcome:
         evaluation: folder of its evaluation; None if it failed.
         error: the last line of what went wrong, empty if nothing did.
         log: the whole traceback.
+        notes: what else a user should know, a line each.
+        busy: whether another command works on it.
     """
 
     cell: Cell
@@ -56,17 +57,19 @@ class Outcome:
     evaluation: Path | None
     error: str = ""
     log: str = ""
+    notes: tuple[str, ...] = ()
+    busy: bool = False
 
 
 def run_experiments(
-    experiments: Iterable[Experiment], root: Path, *, jobs: int = 0, quiet: bool = False
+    experiments: Iterable[Experiment], root: Path, *, jobs: Workers | int = 0, quiet: bool = False
 ) -> list[Outcome]:
-    """Run every run of experiments in parallel processes; what two of them share is run once.
+    """Run every run of experiments in parallel; what two of them share is run once.
 
     Args:
         experiments: what to run; finished runs are only looked up.
         root: folder of run folders.
-        jobs: number of processes; 0 means one per core.
+        jobs: who does it; a number of processes, where 0 means one per core, or `Workers`.
         quiet: say nothing.
 
     Returns:
@@ -75,10 +78,19 @@ def run_experiments(
     Raises:
         ConfigError: before anything is computed, if an agent cannot be found.
     """
+    return run_cells(cells_of(experiments), root, jobs=jobs, quiet=quiet)
+
+
+def cells_of(experiments: Iterable[Experiment]) -> list[Cell]:
+    """The runs of experiments.
+
+    Raises:
+        ConfigError: if an agent cannot be found.
+    """
     cells = [Cell(each.name, config, seed) for each in experiments for config, seed in each.runs()]
     for name in dict.fromkeys(cell.config.agent for cell in cells):
         agent_class(name)
-    return run_cells(cells, root, jobs=jobs, quiet=quiet)
+    return cells
 
 
 def require_success(outcomes: Sequence[Outcome]) -> None:
@@ -91,13 +103,17 @@ def require_success(outcomes: Sequence[Outcome]) -> None:
         raise RuntimeError(f"all {len(outcomes)} runs failed; the first: {outcomes[0].error}")
 
 
-def run_cell(cell: Cell, root: Path) -> Outcome:
+def run_cell(cell: Cell, root: Path, wait: bool = True) -> Outcome:
     """Train and evaluate one cell, or find that it is done; errors are returned, not raised."""
+    notes: list[str] = []
     try:
-        folder = train(cell.config, cell.seed, root)
-        return Outcome(cell, folder, evaluate(folder, cell.config.evaluation))
+        folder = train(cell.config, cell.seed, root, wait=wait, say=notes.append)
+        evaluation = evaluate(folder, cell.config.evaluation, wait=wait, say=notes.append)
+        return Outcome(cell, folder, evaluation, notes=tuple(notes))
+    except claims.Busy:
+        return Outcome(cell, None, None, busy=True)
     except Exception as error:
-        return Outcome(cell, None, None, _say_error(error), traceback.format_exc())
+        return Outcome(cell, None, None, _say_error(error), traceback.format_exc(), tuple(notes))
 
 
 def _say_error(error: Exception) -> str:
@@ -105,21 +121,45 @@ def _say_error(error: Exception) -> str:
     return store.explain(error) if known else f"{type(error).__name__}: {store.explain(error)}"
 
 
-def run_cells(cells: Sequence[Cell], root: Path, *, jobs: int = 0, quiet: bool = False) -> list[Outcome]:
-    """Run cells as `run_experiments` does, and return one outcome per cell in their order."""
-    store.sweep_drafts(root)
+def run_cells(
+    cells: Sequence[Cell], root: Path, *, jobs: Workers | int = 0, quiet: bool = False
+) -> list[Outcome]:
+    """Run cells as `run_experiments` does, and return one outcome per cell in their order.
+
+    What another command works on is left to it, and looked up when all else is done.
+    """
+    claims.sweep(root)
     console = Console(stderr=True, quiet=quiet)
     unique = {_identity(cell): cell for cell in reversed(cells)}
     outcomes: dict[str, Outcome] = {}
-    workers = Parallel(n_jobs=jobs or os.cpu_count() or 1, return_as="generator_unordered")
-    tasks = (delayed(_named)(name, unique[name], root) for name in dict.fromkeys(map(_identity, cells)))
-    with _progress(console) as progress:
-        bar = progress.add_task("runs", total=len(unique))
-        for name, outcome in workers(tasks):
-            outcomes[name] = outcome
-            progress.advance(bar)
-            _say(console, outcome, len(outcomes), len(unique))
+    left = list(dict.fromkeys(map(_identity, cells)))
+    workers = jobs if isinstance(jobs, Workers) else Workers(jobs)
+    try:
+        with engine(workers) as run, _progress(console) as progress:
+            bar = progress.add_task("runs", total=len(unique))
+            for wait in (False, True):
+                busy = []
+                for found in run(_named, ((name, unique[name], root, wait) for name in left)):
+                    name, outcome = _lost(found) if isinstance(found, Lost) else found
+                    if outcome.busy:
+                        busy.append(name)
+                        continue
+                    outcomes[name] = outcome
+                    progress.advance(bar)
+                    _say(console, outcome, len(outcomes), len(unique))
+                left = busy
+                if not left:
+                    break
+                console.print(f"waiting for another command, which works on {len(left)} of the runs")
+    except BaseException:
+        claims.sweep(root)  # of what its workers were at
+        raise
     return [replace(outcomes[_identity(cell)], cell=cell) for cell in cells]
+
+
+def _lost(found: Lost) -> tuple[str, Outcome]:
+    name, cell, *_ = found.task
+    return name, Outcome(cell, None, None, found.reason)
 
 
 def _identity(cell: Cell) -> str:
@@ -127,8 +167,8 @@ def _identity(cell: Cell) -> str:
     return f"{cell.seed} {cell.config.model_dump_json()}"
 
 
-def _named(name: str, cell: Cell, root: Path) -> tuple[str, Outcome]:
-    return name, run_cell(cell, root)
+def _named(name: str, cell: Cell, root: Path, wait: bool) -> tuple[str, Outcome]:
+    return name, run_cell(cell, root, wait)
 
 
 def _progress(console: Console) -> Progress:
@@ -140,6 +180,8 @@ def _progress(console: Console) -> Progress:
 def _say(console: Console, outcome: Outcome, done: int, total: int) -> None:
     """A plain line per cell where there is no terminal; on one, the bar says it, except failures."""
     name = f"{outcome.cell.experiment} seed {outcome.cell.seed}"
+    for note in outcome.notes:
+        console.print(f"{name}: {note}", style="yellow", markup=False, soft_wrap=True)
     if outcome.error:
         console.print(f"FAILED {name}: {outcome.error}", style="red", markup=False)
     elif not console.is_terminal and outcome.folder is not None:

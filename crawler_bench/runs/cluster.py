@@ -1,0 +1,120 @@
+"""Work on a Dask cluster: on this machine, one that runs, or one that a batch system or Kubernetes grants."""
+
+import itertools
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
+from importlib import import_module
+from typing import Any
+
+from crawler_bench.config.schema import ConfigError
+from crawler_bench.runs.engines import Found, Lost, Task, Workers, end_workers
+
+try:
+    import dask
+    import distributed
+except ImportError:
+    raise ConfigError("--on needs Dask: pip install 'crawler-bench[cluster]'") from None
+
+DEATHS = 1  # of workers that a task may cause before it is given up
+FLYING = 16  # tasks per worker that the scheduler knows of at a time, so that no sweep fills its memory
+PATIENCE = 1.5  # seconds to say goodbye in
+CLASSES = {"slurm": "dask_jobqueue:SLURMCluster", "kubernetes": "dask_kubernetes.operator:KubeCluster"}
+
+
+@contextmanager
+def connected(workers: Workers) -> Iterator["_Cluster"]:
+    """Connect to a cluster, or start one; what was started ends with the block.
+
+    Raises:
+        ConfigError: if there is none, or its workers have several threads.
+    """
+    settings = {
+        "distributed.scheduler.allowed-failures": DEATHS,
+        "distributed.worker.memory.terminate": False,  # the system's own limit is enough, and knows better
+        "distributed.comm.timeouts.connect": "10s",
+    }
+    with dask.config.set(settings):
+        started = None if "://" in workers.on else _start(workers)
+        try:
+            try:
+                client = distributed.Client(started or workers.on, set_as_default=False)
+            except OSError as error:
+                raise ConfigError(f"--on {workers.on}: no scheduler answers there ({error})") from None
+            try:
+                _require_one_thread(client)
+                yield _Cluster(client)
+            finally:
+                _close(client)
+        finally:
+            if started is not None:
+                _close(started)
+                end_workers()
+
+
+def _start(workers: Workers) -> Any:
+    if workers.on == "dask":
+        return distributed.LocalCluster(  # type: ignore[no-untyped-call]
+            n_workers=workers.processes, threads_per_worker=1, dashboard_address=None, silence_logs="CRITICAL"
+        )
+    module, _, name = CLASSES[workers.on].partition(":")
+    try:
+        kind = getattr(import_module(module), name)
+    except ImportError:
+        package = module.partition(".")[0].replace("_", "-")
+        raise ConfigError(f"--on {workers.on} needs {package}: pip install {package}") from None
+    try:
+        cluster = kind()  # all it needs stands in Dask's configuration files
+    except (ValueError, TypeError, OSError) as error:
+        raise ConfigError(f"--on {workers.on}: {error}; see docs/scaling.md for the configuration") from None
+    if workers.jobs:
+        cluster.scale(workers.jobs)
+    return cluster
+
+
+def _require_one_thread(client: Any) -> None:
+    """Refuse workers with threads: they would compute at the same time in one process."""
+    several = [address for address, threads in client.nthreads().items() if threads > 1]
+    if several:
+        raise ConfigError(f"the worker {several[0]} has several threads: start workers with --nthreads 1")
+
+
+def _close(what: Any) -> None:
+    with suppress(Exception):  # it may be gone
+        what.close(timeout=PATIENCE)
+
+
+@dataclass(frozen=True)
+class _Cluster:
+    """Dask's workers; a task whose worker dies is called again on another one, once."""
+
+    client: Any
+
+    def __call__(self, work: Callable[..., Found], tasks: Iterable[Task]) -> Iterator[Found | Lost]:
+        left, flying = iter(tasks), {}
+        done = distributed.as_completed()  # type: ignore[no-untyped-call]
+
+        def submit(number: int) -> None:
+            for task in itertools.islice(left, number):
+                future = self.client.submit(work, *task, pure=False)
+                flying[future.key] = task
+                done.add(future)
+
+        submit(FLYING * max(1, len(self.client.nthreads())))
+        for future in done:
+            task = flying.pop(future.key)
+            yield self._result(future, task)
+            submit(1)
+
+    def _result(self, future: Any, task: Task) -> Any:
+        if future.status == "finished":
+            return future.result()
+        error = None if future.cancelled() else future.exception()
+        if isinstance(error, distributed.KilledWorker):
+            workers = error.allowed_failures + 1
+            return Lost(task, f"{workers} workers died while they ran it: killed, or over a limit")
+        if error is not None:
+            raise error
+        raise RuntimeError(
+            "the Dask scheduler is gone; the same command goes on from the runs that are finished"
+        )
