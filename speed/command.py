@@ -10,7 +10,7 @@ from pathlib import Path
 
 import torch
 
-from crawler_bench.runs.checksums import seal
+from crawler_bench.runs.folders.checksums import seal
 from crawler_bench.runs.store import write_manifest
 from speed import environments, figures, learning, physics, start_up
 from speed.history import History

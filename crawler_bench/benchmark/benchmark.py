@@ -17,6 +17,7 @@ import pandas as pd
 from crawler_bench.benchmark.keys import LEARNER, MODES, RUN, action_columns
 from crawler_bench.config.schema import ConfigError, Experiment, RunConfig, override
 from crawler_bench.runs.evaluation import read_evaluation
+from crawler_bench.runs.machines.engines import Workers
 from crawler_bench.runs.results import read_outcomes
 from crawler_bench.runs.sweep import Outcome, require_success, run_cells, run_experiments
 
@@ -49,15 +50,16 @@ class Benchmark:
     failures: list[Outcome]
 
 
-def run_benchmark(entries: Sequence[Experiment], runs_root: Path, *, jobs: int, quiet: bool) -> Benchmark:
+def run_benchmark(
+    entries: Sequence[Experiment], runs_root: Path, *, jobs: Workers | int, quiet: bool
+) -> Benchmark:
     """Train and evaluate every entry; finished runs are looked up.
 
     Raises:
         RuntimeError: if no run at all succeeded.
     """
     first, second = MODES
-    entries = [entry.model_copy(update={"run": in_mode(entry.run, first)}) for entry in entries]
-    found = {first: run_experiments(entries, runs_root, jobs=jobs, quiet=quiet)}
+    found = {first: run_experiments(all_in_mode(entries, first), runs_root, jobs=jobs, quiet=quiet)}
     require_success(found[first])
     # The second mode finds the runs trained. What failed once is not tried again: it would fail again.
     trained = [outcome.cell for outcome in found[first] if not outcome.error]
@@ -90,6 +92,11 @@ def require_comparable(entries: Sequence[Experiment]) -> None:
                 raise ConfigError(
                     f"{entry.name} and {entries[0].name} have different {part}; say one with --set"
                 )
+
+
+def all_in_mode(entries: Sequence[Experiment], mode: str) -> list[Experiment]:
+    """The same entries, evaluated in a mode."""
+    return [entry.model_copy(update={"run": in_mode(entry.run, mode)}) for entry in entries]
 
 
 def in_mode(run: RunConfig, mode: str) -> RunConfig:

@@ -13,18 +13,23 @@ from crawler_bench.benchmark.summary import summarize_benchmark
 from crawler_bench.config.files import load_experiment
 from crawler_bench.config.schema import Experiment, override
 from crawler_bench.output.csv_files import read_csv, rounded
+from crawler_bench.runs.machines.engines import Workers
 from crawler_bench.runs.store import NotARunError
 from crawler_bench.runs.sweep import run_experiments
+from crawler_bench.runs.untrusted import agents_of, inside, require_trust
 
 
-def reproduce(folder: Path, hash_: str, *, jobs: int, quiet: bool) -> pd.DataFrame:
+def reproduce(
+    folder: Path, hash_: str, *, jobs: Workers | int, quiet: bool, trust: bool = False
+) -> pd.DataFrame:
     """Train and evaluate the runs of a cell from scratch, in a fresh folder.
 
     Args:
         folder: that `crawler-bench benchmark` wrote.
         hash_: of a cell of summary.csv, or of a run of runs.csv.
-        jobs: parallel processes; 0 is one a core.
+        jobs: who does it, see `run_experiments`.
         quiet: show no progress.
+        trust: import whatever agent the folder names.
 
     Returns:
         agent, mode, regularization, metric, before, low, high, now, verdict: one row for a cell, and for a
@@ -32,11 +37,14 @@ def reproduce(folder: Path, hash_: str, *, jobs: int, quiet: bool) -> pd.DataFra
 
     Raises:
         NotARunError: if the folder is not one of ours or no cell has this hash.
+        ConfigError: if it names a file elsewhere, or an agent that is neither ours nor installed.
         RuntimeError: if a run failed.
     """
     runs, evaluations, curves, summary = (_read(folder / f"{name}.csv") for name in _FILES)
     row, of_run = _find(hash_, summary, runs)
-    entry = load_experiment(folder / "entries" / f"{row['agent']}.yaml")
+    path = inside(folder, "entries", f"{row['agent']}.yaml")
+    entry = load_experiment(path)
+    require_trust(agents_of(entry), path, agents_of(entry) if trust else ())
     run = override(entry.run, {"regularization": row["regularization"]}, entry.name)
     key = {name: row[name] for name in GROUP}
     finished = select(runs, **key)["seed"]  # not the seeds that failed

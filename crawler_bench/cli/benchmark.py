@@ -1,7 +1,7 @@
 """The commands that compare agents: benchmark, reproduce-cell, tune."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -9,14 +9,18 @@ from crawler_bench.cli.console import conclude, console, logger, print_frame
 from crawler_bench.cli.options import (
     RUNS,
     Jobs,
+    On,
     Preset,
     PresetOption,
     Quiet,
     Runs,
     Seeds,
     Set,
+    ShardOption,
+    Trust,
     require_ours,
     resized,
+    run_part,
 )
 
 if TYPE_CHECKING:
@@ -45,20 +49,29 @@ def benchmark(
     ] = None,
     runs: Runs = RUNS,
     jobs: Jobs = 0,
+    on: On = "",
+    shard: ShardOption = None,
+    trust: Trust = False,
     quiet: Quiet = False,
 ) -> None:
     """Train and compare agents: speed, cycle duration, robustness to noise; tables and figures.
 
     Interrupted, the same command goes on from the runs that were finished.
     """
-    from crawler_bench.benchmark.benchmark import run_benchmark
+    from crawler_bench.benchmark.benchmark import MODES, all_in_mode, run_benchmark
     from crawler_bench.benchmark.results import overview, write_benchmark
+    from crawler_bench.runs.machines.engines import Workers
+    from crawler_bench.runs.sweep import cells_of
 
-    entries = _entries(preset, only or [], agent or [], seeds, set_ or [])
+    entries = _entries(preset, only or [], agent or [], seeds, set_ or [], trust)
     changed = "-changed" if seeds or set_ or agent or only else "" if preset is Preset.paper else "-smoke"
     folder = out or RESULTS.with_name(RESULTS.name + changed)
     require_ours(folder, "benchmark", "summary.csv")
-    found = run_benchmark(entries, runs, jobs=jobs, quiet=quiet)
+    workers = Workers(jobs, on)
+    if shard:
+        cells = cells_of(each for mode in MODES for each in all_in_mode(entries, mode))
+        return run_part(cells, shard, runs, workers, quiet)
+    found = run_benchmark(entries, runs, jobs=workers, quiet=quiet)
     facts = write_benchmark(found, entries, folder, say=logger(quiet))
     print_frame(overview(folder))
     console.print(facts, soft_wrap=True)
@@ -70,12 +83,13 @@ def reproduce_cell(
     hash_: Annotated[str, typer.Argument(metavar="HASH", help="Of a table cell, or of a run in runs.csv.")],
     results: Annotated[Path, typer.Option(help="Folder that `benchmark` wrote.")] = RESULTS,
     jobs: Jobs = 0,
+    trust: Trust = False,
     quiet: Quiet = False,
 ) -> None:
     """Re-run one cell of the tables from scratch and say: equal, within its interval, or different."""
     from crawler_bench.benchmark.reproduce_cell import reproduce
 
-    made = reproduce(results, hash_, jobs=jobs, quiet=quiet)
+    made = reproduce(results, hash_, jobs=jobs, quiet=quiet, trust=trust)
     print_frame(made)
     counts = made["verdict"].value_counts()
     console.print(", ".join(f"{counts[verdict]} {verdict}" for verdict in counts.index))
@@ -92,17 +106,23 @@ def tune(
     ] = Path("results/tuning"),
     runs: Runs = RUNS,
     jobs: Jobs = 0,
+    on: On = "",
+    trust: Trust = False,
     quiet: Quiet = False,
 ) -> None:
     """Search an agent's settings with Optuna; interrupted, the same command goes on."""
     from crawler_bench.config.files import config_folder, load_tuning
     from crawler_bench.config.schema import to_yaml
     from crawler_bench.output.csv_files import write_csv
+    from crawler_bench.runs.machines.engines import Workers
     from crawler_bench.runs.tuning import tune as search
+    from crawler_bench.runs.untrusted import agents_of, require_trust
 
     path = Path(agent) if agent.endswith((".yaml", ".yml")) else config_folder() / "tuning" / f"{agent}.yaml"
-    tuning = resized(load_tuning(path), "tuning", preset, set_)
-    best, trials = search(tuning, runs, jobs=jobs, quiet=quiet, say=logger(quiet))
+    tuning = load_tuning(path)
+    require_trust(agents_of(tuning), path, agents_of(tuning) if trust else ())
+    tuning = resized(tuning, "tuning", preset, set_)
+    best, trials = search(tuning, runs, jobs=Workers(jobs, on), quiet=quiet, say=logger(quiet))
     out.mkdir(parents=True, exist_ok=True)
     write_csv(trials, out / f"{tuning.name}.csv")
     (out / f"{tuning.name}.yaml").write_text(to_yaml(best))
@@ -110,7 +130,7 @@ def tune(
 
 
 def _entries(
-    preset: Preset, only: list[str], added: list[str], seeds: str | None, set_: list[str]
+    preset: Preset, only: list[str], added: list[str], seeds: str | None, set_: list[str], trust: bool
 ) -> "list[Experiment]":
     """What is compared: configs/benchmark, or part of it, and what the user adds; sized by the preset."""
     from crawler_bench.benchmark.benchmark import require_comparable
@@ -125,12 +145,22 @@ def _entries(
     budget = {"decisions": template.run.decisions, "seeds": template.seeds, "grid": template.grid}
     entries = [load_experiment(path) for name, path in known.items() if not only or name in only]
     entries += [
-        load_experiment(Path(name), budget) if name.endswith((".yaml", ".yml")) else _added(name, template)
+        _read(Path(name), budget, trust) if name.endswith((".yaml", ".yml")) else _added(name, template)
         for name in added
     ]
     sized = [resized(entry, "benchmark", preset, set_, seeds) for entry in entries]
     require_comparable(sized)
     return sized
+
+
+def _read(path: Path, budget: dict[str, Any], trust: bool) -> "Experiment":
+    """An entry from somebody's file."""
+    from crawler_bench.config.files import load_experiment
+    from crawler_bench.runs.untrusted import agents_of, require_trust
+
+    entry = load_experiment(path, budget)
+    require_trust(agents_of(entry), path, agents_of(entry) if trust else ())
+    return entry
 
 
 def _added(name: str, template: "Experiment") -> "Experiment":

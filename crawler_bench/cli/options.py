@@ -11,6 +11,7 @@ import typer
 
 if TYPE_CHECKING:
     from crawler_bench.config.schema import Experiment
+    from crawler_bench.runs.sweep import Cell
 
 Sized = TypeVar("Sized", bound="Experiment")
 
@@ -24,6 +25,21 @@ Seeds = Annotated[
 ]
 Jobs = Annotated[int, typer.Option(min=0, help="Parallel processes; 0 is one per core.")]
 Runs = Annotated[Path, typer.Option(help="Folder of finished runs; what is there is not run again.")]
+On = Annotated[
+    str,
+    typer.Option(
+        metavar="WHERE",
+        help="Work on dask (here), tcp://HOST:PORT, slurm or kubernetes; see docs/scaling.md.",
+    ),
+]
+ShardOption = Annotated[
+    str | None,
+    typer.Option("--shard", metavar="K/N", help="Only run part K of N; then repeat the command without it."),
+]
+Trust = Annotated[
+    bool,
+    typer.Option("--trust", help="Import and unpickle whatever code the files name. It can do anything."),
+]
 Quiet = Annotated[bool, typer.Option("--quiet", help="Print results and errors only.")]
 
 
@@ -90,3 +106,20 @@ def require_ours(folder: Path, command: str, witness: str) -> None:
     folder.parent.mkdir(parents=True, exist_ok=True)
     if not os.access(folder.parent, os.W_OK):
         raise PermissionError(errno.EACCES, "cannot be written to", str(folder.parent))
+
+
+def run_part(cells: "list[Cell]", shard: str, runs: Path, jobs: Any, quiet: bool) -> None:
+    """Run one part of a study's cells, and say what comes next.
+
+    Raises:
+        RuntimeError: if runs failed.
+    """
+    from crawler_bench.cli.console import conclude, console
+    from crawler_bench.runs.shards import parse_shard, run_shard
+
+    outcomes = run_shard(cells, parse_shard(shard), runs, jobs=jobs, quiet=quiet)
+    console.print(
+        f"Part {shard} is done, {len(outcomes)} of {len(cells)} runs. When all parts are,", soft_wrap=True
+    )
+    console.print("the same command without --shard writes the results.")
+    conclude("", False, [each.error for each in outcomes if each.error])

@@ -10,14 +10,17 @@ from crawler_bench.cli.console import conclude, logger, print_claims
 from crawler_bench.cli.options import (
     RUNS,
     Jobs,
+    On,
     Preset,
     PresetOption,
     Quiet,
     Runs,
     Seeds,
     Set,
+    ShardOption,
     require_ours,
     resized,
+    run_part,
 )
 
 if TYPE_CHECKING:
@@ -37,6 +40,8 @@ def reproduce(
     ] = None,
     runs: Runs = RUNS,
     jobs: Jobs = 0,
+    on: On = "",
+    shard: ShardOption = None,
     quiet: Quiet = False,
 ) -> None:
     """Reproduce the paper: train both gaits, judge every claim, draw Figs 1-3 and S1, film both gaits.
@@ -45,6 +50,8 @@ def reproduce(
     """
     from crawler_bench.paper import reproduction
     from crawler_bench.paper.claims import CLAIMS, find_claim
+    from crawler_bench.runs.machines.engines import Workers
+    from crawler_bench.runs.sweep import cells_of
 
     claims = tuple(find_claim(name) for name in claim) if claim else CLAIMS
     # Other seeds or settings are another experiment: they do not replace the committed results.
@@ -54,7 +61,10 @@ def reproduce(
     needed = {name for each in claims for name in each.experiments} if claim else reproduction.EXPERIMENTS
     names = [name for name in reproduction.EXPERIMENTS if name in needed]
     experiments = [_experiment(name, preset, set_, seeds) for name in names]
-    found = reproduction.reproduce(experiments, runs, jobs=jobs, quiet=quiet)
+    workers = Workers(jobs, on)
+    if shard:
+        return run_part(cells_of(experiments), shard, runs, workers, quiet)
+    found = reproduction.reproduce(experiments, runs, jobs=workers, quiet=quiet)
     options = "".join([
         f" --preset {preset.value}" if preset is not Preset.paper else "",
         f" --seeds {seeds}" if seeds else "",

@@ -9,11 +9,23 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from crawler_bench.cli.console import conclude, console, logger, print_frame
-from crawler_bench.cli.options import RUNS, Jobs, Preset, PresetOption, Quiet, Runs, require_ours
+from crawler_bench.cli.options import (
+    RUNS,
+    Jobs,
+    On,
+    Preset,
+    PresetOption,
+    Quiet,
+    Runs,
+    ShardOption,
+    require_ours,
+    run_part,
+)
 
 if TYPE_CHECKING:
     from crawler_bench.readings.laboratory import Laboratory
     from crawler_bench.readings.sizes import Size
+    from crawler_bench.runs.machines.engines import Workers
 
 
 def readings(
@@ -37,6 +49,8 @@ def readings(
     ] = None,
     runs: Runs = RUNS,
     jobs: Jobs = 0,
+    on: On = "",
+    shard: ShardOption = None,
     quiet: Quiet = False,
 ) -> None:
     """Run every reading of what the paper leaves open against every claim: which tells the paper's story?
@@ -45,23 +59,35 @@ def readings(
     """
     from crawler_bench.readings.sizes import FULL, smoke
 
+    from crawler_bench.runs.machines.engines import Workers
+    from crawler_bench.runs.sweep import cells_of
+
+    workers = Workers(jobs, on)
+    if search and (on or shard):
+        raise ValueError(
+            "--search is shared otherwise: repeat the command on each machine, with the same --runs"
+        )
     size = smoke() if preset is Preset.smoke else FULL
     name = ("search" if search else "readings") + ("-smoke" if preset is Preset.smoke else "")
     folder = out or Path("results") / name
     if search:
         if rounds:
             size = replace(size, trials=rounds[0], again=rounds[1], finals=rounds[2])
-        _search(_laboratory(size, runs, jobs, quiet), size, runs / name, folder)
+        _search(_laboratory(size, runs, workers, quiet), size, runs / name, folder)
+    elif shard:
+        laboratory = _laboratory(size, runs, workers, quiet)
+        cells = cells_of(laboratory.experiments(size.readings(), size.seeds))
+        run_part(cells, shard, runs, workers, quiet)
     elif check:
         with tempfile.TemporaryDirectory() as fresh:
-            _check(_laboratory(size, Path(fresh), jobs, quiet), size, folder, check)
+            _check(_laboratory(size, Path(fresh), workers, quiet), size, folder, check)
     elif only:
-        _print_only(_laboratory(size, runs, jobs, quiet), size, folder, only)
+        _print_only(_laboratory(size, runs, workers, quiet), size, folder, only)
     else:
-        _study(_laboratory(size, runs, jobs, quiet), size, folder, preset)
+        _study(_laboratory(size, runs, workers, quiet), size, folder, preset)
 
 
-def _laboratory(size: "Size", runs: Path, jobs: int, quiet: bool) -> "Laboratory":
+def _laboratory(size: "Size", runs: Path, jobs: "Workers", quiet: bool) -> "Laboratory":
     from crawler_bench.config.files import config_folder, load_experiment
     from crawler_bench.readings.laboratory import EXPERIMENTS, Laboratory
 
@@ -72,10 +98,11 @@ def _laboratory(size: "Size", runs: Path, jobs: int, quiet: bool) -> "Laboratory
 
 def _search(laboratory: "Laboratory", size: "Size", scratch: Path, folder: Path) -> None:
     from crawler_bench.readings.search.conduct import search
+    from crawler_bench.runs.machines.engines import as_workers
 
     require_ours(folder, "search", "finals.csv")
     finals = search(
-        laboratory.bases, size, scratch=scratch, folder=folder, jobs=laboratory.jobs,
+        laboratory.bases, size, scratch=scratch, folder=folder, jobs=as_workers(laboratory.jobs).jobs,
         say=logger(laboratory.quiet),
     )  # fmt: skip
     shown = ["reading", "failures", "free", "score", "on_diagonal", "random_ratio", "kept", "speed"]

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from crawler_bench.cli.console import console, logger, notes, print_frame
-from crawler_bench.cli.options import RUNS, Quiet, Seeds, Set, evaluation_overrides
+from crawler_bench.cli.options import RUNS, Quiet, Seeds, Set, Trust, evaluation_overrides
 
 if TYPE_CHECKING:
     from crawler_bench.runs.results import Measured
@@ -45,13 +45,14 @@ def evaluate(
     out: Annotated[
         Path | None, typer.Option(help="Also write runs.csv, evaluations.csv and cycles.csv here.")
     ] = None,
+    trust: Trust = False,
 ) -> None:
     """Measure trained runs or shared policies: policy table, speed, cycle duration, speed against noise."""
     from crawler_bench.output.csv_files import write_csv
     from crawler_bench.runs.results import tabulate
 
     overrides = evaluation_overrides(set_)
-    runs, evaluations, cycles = tabulate([_measure(path, overrides) for path in run])
+    runs, evaluations, cycles = tabulate([_measure(path, overrides, trust) for path in run])
     print_frame(runs[["run", "policy", "speed", "speed_moving", "stall_share", "cycle_duration", "cycles"]])
     noisy = evaluations.pivot_table(index="experiment", columns="noise", values="speed", sort=False)
     noisy.columns = [f"s = {noise:g}" for noise in noisy.columns]
@@ -66,12 +67,13 @@ def render(
     run: Annotated[Path, typer.Argument(help="A run folder, as `train` prints it, or a policy file.")],
     set_: Set = None,
     out: Annotated[Path | None, typer.Option(help="Where to write; default results/rendered/RUN.")] = None,
+    trust: Trust = False,
     quiet: Quiet = False,
 ) -> None:
     """Film the gait of a trained run (GIF, MP4) and draw its positions, strains and forces (PNG, SVG)."""
     from crawler_bench.output import animation, kymographs, style
 
-    measured = _measure(run, evaluation_overrides(set_))
+    measured = _measure(run, evaluation_overrides(set_), trust)
     say = logger(quiet)
     record = measured.evaluation.gait
     folder = out or Path("results/rendered") / measured.name
@@ -83,7 +85,7 @@ def render(
     console.print(str(folder), markup=False, soft_wrap=True)
 
 
-def _measure(path: Path, overrides: dict[str, Any]) -> "Measured":
+def _measure(path: Path, overrides: dict[str, Any], trust: bool) -> "Measured":
     """Evaluate a run folder, which keeps its evaluations, or a policy file."""
     import pandas as pd
 
@@ -99,7 +101,8 @@ def _measure(path: Path, overrides: dict[str, Any]) -> "Measured":
         )
         return Measured(label(path.stem, config, policy.seed), path.stem, found, pd.DataFrame())
     config, seed = store.read_run(path)
+    trusted = [config.agent] if trust else []
     config = override(config, overrides, "--set")
-    found = evaluation.read_evaluation(evaluation.evaluate(path, config.evaluation))
+    found = evaluation.read_evaluation(evaluation.evaluate(path, config.evaluation, trusted=trusted))
     name = path.resolve().name
     return Measured(label(name, config, seed), name, found, pd.read_csv(path / "learning.csv"))

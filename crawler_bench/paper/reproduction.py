@@ -25,6 +25,7 @@ from crawler_bench.paper.tables import claims_table, verdict_counts
 from crawler_bench.paper.verdicts import Claim, Results, judge_claims
 from crawler_bench.runs import store
 from crawler_bench.runs.evaluation import Evaluation, read_evaluation
+from crawler_bench.runs.machines.engines import Workers
 from crawler_bench.runs.results import read_outcomes, typical_run
 from crawler_bench.runs.sweep import Outcome, require_success, run_experiments
 from crawler_bench.runs.training import agent_file
@@ -59,7 +60,9 @@ class Reproduction:
         return judge_claims(Results(self.runs, self.evaluations), claims, options)
 
 
-def reproduce(experiments: Iterable[Experiment], runs_root: Path, *, jobs: int, quiet: bool) -> Reproduction:
+def reproduce(
+    experiments: Iterable[Experiment], runs_root: Path, *, jobs: Workers | int, quiet: bool
+) -> Reproduction:
     """Train and evaluate every run of the experiments; finished runs are looked up.
 
     Raises:

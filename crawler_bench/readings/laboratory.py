@@ -1,6 +1,5 @@
 """Run readings and score them: each trains both gaits and runs the untrained crawler."""
 
-import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -12,6 +11,7 @@ from crawler_bench.config.schema import Experiment, RunConfig
 from crawler_bench.paper.verdicts import Results
 from crawler_bench.readings.catalogue import Reading, values_of
 from crawler_bench.readings.scoring import Score, score
+from crawler_bench.runs.machines.engines import Workers, as_workers
 from crawler_bench.runs.results import read_outcomes
 from crawler_bench.runs.sweep import Outcome, run_experiments
 
@@ -48,23 +48,28 @@ class Laboratory:
     Attributes:
         bases: the run of the default reading for each of EXPERIMENTS.
         root: folder of run folders.
-        jobs: number of processes; 0 means one per core.
+        jobs: who does it, see `run_experiments`.
         quiet: say nothing.
     """
 
     bases: Mapping[str, RunConfig]
     root: Path
-    jobs: int = 0
+    jobs: Workers | int = 0
     quiet: bool = False
 
-    def run(self, readings: Sequence[Reading], seeds: Sequence[int]) -> list[Scored]:
-        """Run and score readings; finished runs are looked up, and what two readings share is run once."""
-        needed = [
+    def experiments(self, readings: Sequence[Reading], seeds: Sequence[int]) -> list[Experiment]:
+        """What is run of readings, EXPERIMENTS of each."""
+        return [
             Experiment(name=f"{reading.name} {name}", run=reading.configure(self.bases[name]), seeds=seeds)
             for reading in readings
             for name in EXPERIMENTS
         ]
-        found = run_experiments(needed, self.root, jobs=self.jobs, quiet=self.quiet)
+
+    def run(self, readings: Sequence[Reading], seeds: Sequence[int]) -> list[Scored]:
+        """Run and score readings; finished runs are looked up, and what two readings share is run once."""
+        found = run_experiments(
+            self.experiments(readings, seeds), self.root, jobs=self.jobs, quiet=self.quiet
+        )
         each = len(EXPERIMENTS) * len(seeds)
         tasks = [
             delayed(_score)(
@@ -76,7 +81,7 @@ class Laboratory:
             )
             for i, reading in enumerate(readings)
         ]
-        scored: list[Scored] = Parallel(n_jobs=self.jobs or os.cpu_count() or 1)(tasks)
+        scored: list[Scored] = Parallel(n_jobs=as_workers(self.jobs).processes)(tasks)
         return scored
 
 

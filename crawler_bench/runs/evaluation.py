@@ -2,7 +2,7 @@
 
 import time
 import zipfile
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -15,10 +15,12 @@ from crawler_bench.config.schema import EvaluationConfig, RunConfig
 from crawler_bench.gait import metrics
 from crawler_bench.gait.record import Record
 from crawler_bench.gait.rollout import rollout
-from crawler_bench.runs import checksums, claims, store
-from crawler_bench.runs.keys import evaluation_key
+from crawler_bench.runs import store
+from crawler_bench.runs.folders import checksums, claims
+from crawler_bench.runs.folders.keys import evaluation_key
 from crawler_bench.runs.policy_table import action_table, probabilities
 from crawler_bench.runs.training import load_agent
+from crawler_bench.runs.untrusted import require_bounded
 
 
 @dataclass(frozen=True)
@@ -45,6 +47,7 @@ def evaluate(
     folder: Path,
     config: EvaluationConfig | None = None,
     *,
+    trusted: Collection[str] = (),
     wait: bool = True,
     say: Callable[[str], None] = store.complain,
 ) -> Path:
@@ -53,6 +56,7 @@ def evaluate(
     Args:
         folder: the run.
         config: how; by default as the run's own configuration says.
+        trusted: names of agents that may be imported though a file names them, see `load_agent`.
         wait: for another process that evaluates the same run.
         say: told if the evaluation was there, but damaged.
 
@@ -66,7 +70,7 @@ def evaluate(
 
     def write(draft: Path) -> None:
         started = time.monotonic()
-        table = action_table(load_agent(folder, run), run.parameters.n_segments, chosen.mode)
+        table = action_table(load_agent(folder, run, trusted), run.parameters.n_segments, chosen.mode)
         evaluation = measure(run, seed, table, chosen)
         np.savetxt(draft / "table.csv", evaluation.table, delimiter=",", fmt="%.17g")
         for name in ("starts", "cycles", "nodes"):
@@ -91,6 +95,7 @@ def read_evaluation(place: Path) -> Evaluation:
     try:
         starts, cycles, nodes = (pd.read_csv(place / f"{name}.csv") for name in ("starts", "cycles", "nodes"))
         starts[["noise", "start", "speed", "stalled"]], cycles["duration"]
+        require_bounded(place / "gait.npz")
         with (place / "gait.npz").open("rb") as file, np.load(file) as arrays:
             gait = Record(**arrays)
         rows = [line.split(",") for line in (place / "table.csv").read_text().splitlines()]

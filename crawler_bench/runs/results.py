@@ -8,8 +8,8 @@ import pandas as pd
 
 from crawler_bench.config.schema import RunConfig
 from crawler_bench.gait import metrics
-from crawler_bench.runs import checksums
 from crawler_bench.runs.evaluation import Evaluation, read_evaluation
+from crawler_bench.runs.folders import checksums
 from crawler_bench.runs.store import NotARunError
 from crawler_bench.runs.sweep import Outcome
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from crawler_bench.config.schema import ConfigError
-from crawler_bench.runs.engines import Workers
+from crawler_bench.runs.machines.engines import Workers
 from crawler_bench.runs.sweep import Cell, Outcome, run_cells
 
 

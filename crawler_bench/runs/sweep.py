@@ -16,9 +16,10 @@ from rich.progress import (
 )
 
 from crawler_bench.config.schema import ConfigError, Experiment, RunConfig
-from crawler_bench.runs import claims, store
+from crawler_bench.runs import store
 from crawler_bench.runs.agent import agent_class
-from crawler_bench.runs.engines import Lost, Workers, engine
+from crawler_bench.runs.folders import claims
+from crawler_bench.runs.machines.engines import Lost, Workers, as_workers, engine
 from crawler_bench.runs.evaluation import evaluate
 from crawler_bench.runs.training import train
 
@@ -108,7 +109,9 @@ def run_cell(cell: Cell, root: Path, wait: bool = True) -> Outcome:
     notes: list[str] = []
     try:
         folder = train(cell.config, cell.seed, root, wait=wait, say=notes.append)
-        evaluation = evaluate(folder, cell.config.evaluation, wait=wait, say=notes.append)
+        # Whoever asks for a run names its agent; a registered one is read as everybody's are.
+        named = [cell.config.agent] if ":" in cell.config.agent else []
+        evaluation = evaluate(folder, cell.config.evaluation, trusted=named, wait=wait, say=notes.append)
         return Outcome(cell, folder, evaluation, notes=tuple(notes))
     except claims.Busy:
         return Outcome(cell, None, None, busy=True)
@@ -133,9 +136,8 @@ def run_cells(
     unique = {_identity(cell): cell for cell in reversed(cells)}
     outcomes: dict[str, Outcome] = {}
     left = list(dict.fromkeys(map(_identity, cells)))
-    workers = jobs if isinstance(jobs, Workers) else Workers(jobs)
     try:
-        with engine(workers) as run, _progress(console) as progress:
+        with engine(as_workers(jobs)) as run, _progress(console) as progress:
             bar = progress.add_task("runs", total=len(unique))
             for wait in (False, True):
                 busy = []

@@ -2,7 +2,7 @@
 
 import inspect
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +16,7 @@ from crawler_bench.gait.metrics import policy_text
 from crawler_bench.runs import store
 from crawler_bench.runs.agent import Agent, agent_class, is_stable_baselines
 from crawler_bench.runs.policy_table import greedy_policy
+from crawler_bench.runs.untrusted import load_weights, require_trust
 
 CURVE_INTERVAL = 1000  # decisions between two points of the learning curve
 SNAPSHOTS = 80  # of the table of values, along the run
@@ -64,15 +65,34 @@ def make_agent(config: RunConfig, env: Any, seed: int) -> Agent:
         ) from None
 
 
-def load_agent(folder: Path, config: RunConfig) -> Agent:
-    """Read the agent of a finished run.
+def load_agent(folder: Path, config: RunConfig, trusted: Collection[str] = ()) -> Agent:
+    """Read the agent of a finished run; of one of Stable-Baselines3 the weights, which needs no pickle.
+
+    Args:
+        folder: the run.
+        config: of the run, as the folder holds it.
+        trusted: names of agents that may be imported, and unpickled where they cannot be read otherwise.
 
     Raises:
+        ConfigError: if its class is not to be imported because a file says so.
         NotARunError: if its file is missing or damaged.
     """
     path = agent_file(folder)
-    kind, env = agent_class(config.agent), make_env(config)
+    require_trust([config.agent], folder / store.CONFIG, trusted)
+    kind = agent_class(config.agent)
+    env = make_env(config)
     try:
+        if is_stable_baselines(kind):
+            try:
+                agent = make_agent(config, env, 0)
+                load_weights(agent, path)
+                return agent
+            except Exception as error:
+                if config.agent not in trusted:
+                    hint = (
+                        "its weights alone cannot be read; with --trust it is unpickled, which runs its code"
+                    )
+                    raise ValueError(f"{' '.join(str(error).split())}: {hint}") from error
         return kind.load(path, env=env)
     except Exception as error:  # the agent may be anyone's, and so is how it fails
         reason = str(error).removeprefix(f"{path} ") if isinstance(error, ValueError) else repr(error)

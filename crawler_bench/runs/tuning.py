@@ -13,6 +13,7 @@ import optuna
 import pandas as pd
 
 from crawler_bench.config.schema import Range, RunConfig, Tuning, override
+from crawler_bench.runs.machines.engines import Workers
 from crawler_bench.runs.results import read_outcomes
 from crawler_bench.runs.sweep import run_experiments
 
@@ -21,14 +22,14 @@ STARTUP_TRIALS = 4  # drawn at random before the sampler learns from what it saw
 
 
 def tune(
-    tuning: Tuning, runs_root: Path, *, jobs: int, quiet: bool, say: Callable[[str], None]
+    tuning: Tuning, runs_root: Path, *, jobs: Workers | int, quiet: bool, say: Callable[[str], None]
 ) -> tuple[RunConfig, pd.DataFrame]:
     """Search.
 
     Args:
         tuning: what to search, and how many trials.
         runs_root: folder of run folders.
-        jobs: parallel processes; 0 is one per core.
+        jobs: who does it, see `run_experiments`.
         quiet: show no progress.
         say: is told every trial.
 
@@ -67,7 +68,7 @@ def _draw(trial: optuna.Trial, key: str, what: Range) -> Any:
 
 
 def _try(
-    tuning: Tuning, chosen: dict[str, Any], runs_root: Path, *, jobs: int, quiet: bool
+    tuning: Tuning, chosen: dict[str, Any], runs_root: Path, *, jobs: Workers | int, quiet: bool
 ) -> dict[str, Any]:
     """Reward and speed of one proposal, or what went wrong."""
     tried = tuning.model_copy(update={"run": override(tuning.run, chosen, tuning.name)})

@@ -8,8 +8,9 @@ from pathlib import Path
 import pytest
 
 from crawler_bench.config.schema import RunConfig, override
-from crawler_bench.runs import checksums, claims, store
-from crawler_bench.runs.keys import training_key
+from crawler_bench.runs import store
+from crawler_bench.runs.folders import checksums, claims
+from crawler_bench.runs.folders.keys import training_key
 
 RUN = RunConfig(agent="random")
 

@@ -13,7 +13,8 @@ import pandas as pd
 import pytest
 
 from crawler_bench.config.schema import RunConfig, override
-from crawler_bench.runs import checksums, evaluation, store, training
+from crawler_bench.runs import evaluation, store, training
+from crawler_bench.runs.folders import checksums
 from crawler_bench.runs.results import read_outcomes
 from crawler_bench.runs.sweep import Cell, run_cells
 

@@ -8,7 +8,7 @@ from importlib import import_module
 from typing import Any
 
 from crawler_bench.config.schema import ConfigError
-from crawler_bench.runs.engines import Found, Lost, Task, Workers, end_workers
+from crawler_bench.runs.machines.engines import Found, Lost, Task, Workers, end_workers
 
 try:
     import dask

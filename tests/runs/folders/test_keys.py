@@ -11,9 +11,9 @@ import pytest
 
 from crawler_bench.config.schema import EnvironmentConfig, EvaluationConfig, RunConfig
 from crawler_bench.physics.parameters import CHOICES, CrawlerParameters
-from crawler_bench.runs import keys
+from crawler_bench.runs.folders import keys
 
-ROOT = Path(keys.__file__).parents[2]
+ROOT = Path(keys.__file__).parents[3]
 RUN = RunConfig(agent="random")
 
 
@@ -120,7 +120,7 @@ from crawler_bench.config.schema import RunConfig
 from crawler_bench.physics.coefficients import as_record, coefficients, stepping
 from crawler_bench.physics.state import make_memory, nodes_of
 from crawler_bench.physics.stepped import advance
-from crawler_bench.runs.keys import training_key
+from crawler_bench.runs.folders.keys import training_key
 parameters = crawler_bench.physics.CrawlerParameters(n_segments=4)
 nodes = nodes_of(make_memory(4))
 advance(nodes, 2, 2000, as_record(coefficients(parameters)), as_record(stepping(parameters)))

@@ -6,12 +6,14 @@ from pathlib import Path
 
 import pytest
 
-from crawler_bench.runs import claims, store
+from crawler_bench.runs import store
+from crawler_bench.runs.folders import claims
 
 HOLD = """
 import sys
 from pathlib import Path
-from crawler_bench.runs import claims, store
+from crawler_bench.runs import store
+from crawler_bench.runs.folders import claims
 folder = Path(sys.argv[1])
 with claims.claim(folder), store.publish(folder) as draft:
     (draft / "file").write_text("half")

@@ -68,11 +68,16 @@ class Workers:
         return self.jobs or os.cpu_count() or 1
 
 
+def as_workers(jobs: Workers | int) -> Workers:
+    """What a caller gave, who may give a number of processes alone."""
+    return jobs if isinstance(jobs, Workers) else Workers(jobs)
+
+
 @contextmanager
 def engine(workers: Workers) -> Iterator[Engine]:
     """Give an engine; when the block ends, however it does, its workers on this machine end, too."""
     if workers.on:
-        from crawler_bench.runs.cluster import connected  # loads Dask, an optional dependency
+        from crawler_bench.runs.machines.cluster import connected  # loads Dask, an optional dependency
 
         with connected(workers) as found:
             yield found

@@ -6,7 +6,7 @@ import os
 from pathlib import Path, PurePosixPath
 from typing import Any
 
-from crawler_bench.runs.claims import is_hidden
+from crawler_bench.runs.folders.claims import is_hidden
 
 MANIFEST = "manifest.json"
 FOLDER, FILES, CHECKSUM = "folder", "files", "checksum"  # keys that `seal` adds to a manifest

@@ -23,7 +23,7 @@ def installed_version(package: str) -> str | None:
 
 
 # Of the sources and packages as this process imported them, like KERNEL_HASH.
-_HERE = Path(__file__).parent
+_HERE = Path(__file__).parents[1]
 TRAINING_HASH = source_hash(_HERE / "training.py")
 EVALUATION_SOURCES = (_HERE.parent / "gait", _HERE / "policy_table.py", _HERE / "evaluation.py")
 EVALUATION_HASH = source_hash(*EVALUATION_SOURCES)

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from crawler_bench.runs import checksums
-from crawler_bench.runs.checksums import MANIFEST, added_to, damage, identity, seal
+from crawler_bench.runs.folders import checksums
+from crawler_bench.runs.folders.checksums import MANIFEST, added_to, damage, identity, seal
 
 FILES = {"learning.csv": "decisions,time\n0,0\n", "agent.json": "{}", "policies/a.json": "[1, 2]"}
 

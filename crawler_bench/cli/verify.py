@@ -1,0 +1,35 @@
+"""The command that checks whether results are as they were written."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from crawler_bench.cli.console import console
+from crawler_bench.cli.options import Quiet
+
+
+def verify(
+    folder: Annotated[Path, typer.Argument(help="Of results or runs; every folder in it is checked.")] = Path(
+        "results"
+    ),
+    quiet: Quiet = False,
+) -> None:
+    """Check every file of finished results and runs against the checksums in their manifests."""
+    from crawler_bench.runs.folders.checksums import MANIFEST, added_to, damage
+
+    places = sorted(path.parent for path in folder.rglob(MANIFEST))
+    if not places:
+        raise ValueError(f"{folder} holds no finished results: there is no {MANIFEST} in it")
+    failed = 0
+    for place in places:
+        if reason := damage(place):
+            failed += 1
+            console.print(f"PROBLEM {reason}", markup=False, soft_wrap=True)
+        elif not quiet:
+            added = added_to(place)
+            more = f"; added since: {', '.join(added)}" if added else ""
+            console.print(f"ok      {place}{more}", markup=False, soft_wrap=True)
+    if failed:
+        raise RuntimeError(f"{failed} of {len(places)} folders are not as they were written")
+    console.print(f"{len(places)} folders are as they were written")
