@@ -5,6 +5,7 @@ import typer
 from crawler_bench.cli import benchmark, installation, paper, readings, runs, verify
 from crawler_bench.cli.console import one_line_errors
 from crawler_bench.cli.options import find_modules_here
+from crawler_bench.cli.signals import ended_by_signals
 
 app = typer.Typer(
     name="crawler-bench",
@@ -25,6 +26,6 @@ app.command()(installation.warmup)
 
 def main() -> None:
     """Entry point of the command `crawler-bench`."""
-    with one_line_errors():
+    with ended_by_signals(), one_line_errors():
         find_modules_here()
         app()

@@ -58,7 +58,8 @@ def benchmark(
 
     Interrupted, the same command goes on from the runs that were finished.
     """
-    from crawler_bench.benchmark.benchmark import MODES, all_in_mode, run_benchmark
+    from crawler_bench.benchmark.benchmark import all_in_mode, run_benchmark
+    from crawler_bench.benchmark.keys import MODES
     from crawler_bench.benchmark.results import overview, write_benchmark
     from crawler_bench.runs.machines.engines import Workers
     from crawler_bench.runs.sweep import cells_of

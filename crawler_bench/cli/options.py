@@ -54,12 +54,13 @@ PresetOption = Annotated[Preset, typer.Option(help="paper: in full; smoke: small
 
 
 def find_modules_here() -> None:
-    """Let agents be imported from the folder that we stand in, by worker processes as well."""
+    """Let agents be imported from the folder that we stand in, after all that is installed.
+
+    Worker processes take over our path. PYTHONPATH would put this folder before what is installed.
+    """
     here = str(Path.cwd())
     if here not in sys.path:
         sys.path.append(here)
-        known = os.environ.get("PYTHONPATH")
-        os.environ["PYTHONPATH"] = f"{known}{os.pathsep}{here}" if known else here
 
 
 def resized(

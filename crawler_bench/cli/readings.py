@@ -58,7 +58,6 @@ def readings(
     Interrupted, the same command goes on from the runs that were finished.
     """
     from crawler_bench.readings.sizes import FULL, smoke
-
     from crawler_bench.runs.machines.engines import Workers
     from crawler_bench.runs.sweep import cells_of
 

@@ -1,7 +1,7 @@
 """Files that others made: what they may name, where they may lead, and how much they may unpack to.
 
-Nothing here imports or unpickles. A class that a file names is imported only if it is ours, was registered by an
-installed package, or was named by the user; `--trust` names all that a file names.
+Nothing here imports or unpickles. A class that a file names is imported only if it is ours, was registered by
+an installed package, or was named by the user; `--trust` names all that a file names.
 """
 
 import json
@@ -31,8 +31,8 @@ def require_trust(agents: Iterable[str], source: Path, trusted: Collection[str] 
     for agent in agents:
         if agent not in known and agent not in known.values() and agent not in trusted:
             raise ConfigError(
-                f"{source} names the agent {agent!r}, which is neither ours nor installed: with --trust its code "
-                "is imported and run"
+                f"{source} names the agent {agent!r}, which is neither ours nor installed: "
+                "with --trust its code is imported and run"
             )
 
 

@@ -10,8 +10,8 @@ import pytest
 from crawler_bench.config.schema import RunConfig, override
 from crawler_bench.gait import metrics
 from crawler_bench.gait.rollout import rollout
-from crawler_bench.runs.folders import checksums
 from crawler_bench.runs.evaluation import measure, read_evaluation
+from crawler_bench.runs.folders import checksums
 from crawler_bench.runs.results import summarize, typical_run
 from crawler_bench.runs.store import NotARunError
 from crawler_bench.runs.sweep import Cell, Outcome

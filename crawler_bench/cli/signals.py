@@ -1,0 +1,53 @@
+"""What a command does when it is told to end: its workers end at once, and it says so."""
+
+import os
+import signal
+import sys
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from types import FrameType
+
+SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+PATIENCE = 4.0  # seconds to end in order; then the process ends without
+
+
+class _Ended(BaseException):
+    """Raised in the middle of whatever is being done; nothing but the end of the command catches it."""
+
+
+@contextmanager
+def ended_by_signals() -> Iterator[None]:
+    """Within the block, a signal ends all workers and this process, which exits with 128 + the signal's number."""
+    received = signal.SIGTERM
+
+    def end(number: int, _frame: FrameType | None) -> None:
+        nonlocal received
+        received = signal.Signals(number)
+        for each in SIGNALS:
+            signal.signal(each, signal.SIG_IGN)
+        timer = threading.Timer(PATIENCE, _end_now, (128 + number,))
+        timer.daemon = True
+        timer.start()
+        raise _Ended
+
+    before = {each: signal.getsignal(each) for each in SIGNALS}
+    for each, handler in before.items():
+        if handler is not signal.SIG_IGN:  # as nohup wants it
+            signal.signal(each, end)
+    try:
+        yield
+    except _Ended:
+        text = f"interrupted by {received.name}; the same command goes on from the runs that are finished"
+        print(f"crawler-bench: {text}", file=sys.stderr)
+        sys.exit(128 + received)
+    finally:
+        for each, handler in before.items():
+            signal.signal(each, handler)
+
+
+def _end_now(code: int) -> None:
+    from crawler_bench.runs.machines.engines import end_workers
+
+    end_workers()
+    os._exit(code)
