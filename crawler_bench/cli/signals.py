@@ -18,7 +18,7 @@ class _Ended(BaseException):
 
 @contextmanager
 def ended_by_signals() -> Iterator[None]:
-    """Within the block, a signal ends all workers and this process, which exits with 128 + the signal's number."""
+    """Within the block, in the main thread, a signal ends all workers and exits with 128 + its number."""
     received = signal.SIGTERM
 
     def end(number: int, _frame: FrameType | None) -> None:
@@ -31,7 +31,8 @@ def ended_by_signals() -> Iterator[None]:
         timer.start()
         raise _Ended
 
-    before = {each: signal.getsignal(each) for each in SIGNALS}
+    in_main = threading.current_thread() is threading.main_thread()
+    before = {each: signal.getsignal(each) for each in SIGNALS} if in_main else {}
     for each, handler in before.items():
         if handler is not signal.SIG_IGN:  # as nohup wants it
             signal.signal(each, end)

@@ -10,6 +10,7 @@ import hashlib
 import os
 import re
 import shutil
+import stat
 import tempfile
 from pathlib import Path
 
@@ -17,6 +18,7 @@ import platformdirs
 
 _PACKAGE = Path(__file__).resolve().parents[2]
 KEPT_VERSIONS = 8  # of the compiled code
+_VERSION = re.compile("[0-9a-f]{16}")
 KERNEL_SOURCES = (_PACKAGE / "physics", _PACKAGE / "envs", _PACKAGE.parent / "agents")
 
 
@@ -42,27 +44,47 @@ KERNEL_HASH = source_hash(*KERNEL_SOURCES)
 
 @functools.cache
 def cache_folder() -> Path:
-    """Folder of the compiled code for the sources as they were imported.
+    """Folder of the compiled code for the sources as they were imported; the user's alone.
 
-    `CRAWLER_BENCH_CACHE` moves it; where the user's cache cannot be written, the temporary folder serves.
+    What Numba keeps there is unpickled, which runs whatever somebody has put there. So a folder that is not
+    ours, or lies where anybody may exchange it, is not used: the temporary folder serves, or a new one for
+    this process. `CRAWLER_BENCH_CACHE` moves it.
     """
     home = Path(os.environ.get("CRAWLER_BENCH_CACHE") or platformdirs.user_cache_dir("crawler-bench"))
-    folder = home / KERNEL_HASH
-    try:
-        if not folder.is_dir():
-            folder.mkdir(parents=True)
-            _forget_old_versions(home)
-        if os.access(folder, os.W_OK):
-            return folder
-    except OSError:
-        pass
-    folder = Path(tempfile.gettempdir()) / f"crawler-bench-{os.getuid()}" / KERNEL_HASH
-    folder.mkdir(parents=True, exist_ok=True)
-    return folder
+    for place in (home, Path(tempfile.gettempdir()) / f"crawler-bench-{os.getuid()}"):
+        try:
+            if _make_private(place / KERNEL_HASH):
+                return place / KERNEL_HASH
+        except OSError:
+            continue
+    return Path(tempfile.mkdtemp(prefix="crawler-bench-"))
+
+
+def _make_private(folder: Path) -> bool:
+    """Make a folder for this user alone, and say whether it is; what others could write into is made new."""
+    home = folder.parent
+    home.mkdir(mode=0o700, parents=True, exist_ok=True)
+    mode = home.stat().st_mode
+    if mode & stat.S_IWOTH and not mode & stat.S_ISVTX:
+        return False
+    if folder.is_dir() and _is_ours(folder) and folder.stat().st_mode & (stat.S_IWGRP | stat.S_IWOTH):
+        shutil.rmtree(folder)
+    if not folder.exists():
+        folder.mkdir(mode=0o700, exist_ok=True)
+        _forget_old_versions(home)
+    if not _is_ours(folder) or not os.access(folder, os.W_OK):
+        return False
+    folder.chmod(0o700)
+    return True
+
+
+def _is_ours(folder: Path) -> bool:
+    found = folder.lstat()
+    return stat.S_ISDIR(found.st_mode) and found.st_uid == os.getuid()
 
 
 def _forget_old_versions(home: Path) -> None:
     """Keep the compiled code of the newest versions; a process that needs an older one compiles it again."""
-    versions = [each for each in home.iterdir() if re.fullmatch("[0-9a-f]{16}", each.name) and each.is_dir()]
+    versions = [each for each in home.iterdir() if _VERSION.fullmatch(each.name) and each.is_dir()]
     for old in sorted(versions, key=lambda each: each.stat().st_mtime)[:-KEPT_VERSIONS]:
         shutil.rmtree(old, ignore_errors=True)

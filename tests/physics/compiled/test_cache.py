@@ -1,6 +1,7 @@
 """Where compiled code is kept."""
 
 import os
+import stat
 
 import pytest
 
@@ -39,6 +40,57 @@ def test_an_unwritable_place_is_not_insisted_on(fresh, monkeypatch):
     folder = cache.cache_folder()
     assert folder.is_dir()
     assert folder.is_relative_to(fresh / "elsewhere")
+
+
+def mode_of(folder) -> int:
+    return stat.S_IMODE(folder.stat().st_mode)
+
+
+def test_the_cache_is_the_users_alone(fresh):
+    (fresh / cache.KERNEL_HASH).mkdir(mode=0o755)
+    (fresh / cache.KERNEL_HASH / "index").write_text("ours")
+    assert mode_of(cache.cache_folder()) == 0o700
+    assert (cache.cache_folder() / "index").read_text() == "ours"
+
+
+@pytest.mark.parametrize("mode", [0o777, 0o775])
+def test_what_others_could_write_into_is_not_read(fresh, mode):
+    planted = fresh / cache.KERNEL_HASH
+    planted.mkdir()
+    (planted / "index").write_text("anybody's")
+    planted.chmod(mode)
+    folder = cache.cache_folder()
+    assert folder == planted
+    assert mode_of(folder) == 0o700
+    assert not list(folder.iterdir())
+
+
+def test_a_folder_of_another_user_is_not_used_not_even_in_the_temporary_folder(fresh, monkeypatch):
+    monkeypatch.setattr(cache.tempfile, "tempdir", str(fresh / "elsewhere"))
+    (fresh / "elsewhere").mkdir()
+    another = os.getuid() + 1
+    for place in (fresh, fresh / "elsewhere" / f"crawler-bench-{another}"):
+        (place / cache.KERNEL_HASH).mkdir(parents=True)
+    monkeypatch.setattr(cache.os, "getuid", lambda: another)
+    folder = cache.cache_folder()
+    assert folder.parent == fresh / "elsewhere"
+    assert not folder.name.startswith(f"crawler-bench-{os.getuid()}")
+    assert mode_of(folder) == 0o700
+
+
+def test_a_place_where_anybody_may_exchange_the_folder_is_not_used(fresh, monkeypatch):
+    monkeypatch.setattr(cache.tempfile, "tempdir", str(fresh / "elsewhere"))
+    (fresh / "elsewhere").mkdir()
+    fresh.chmod(0o777)
+    assert cache.cache_folder().is_relative_to(fresh / "elsewhere")
+
+
+def test_a_link_is_not_followed(fresh, monkeypatch):
+    monkeypatch.setattr(cache.tempfile, "tempdir", str(fresh / "elsewhere"))
+    for name in ("elsewhere", "planted"):
+        (fresh / name).mkdir()
+    (fresh / cache.KERNEL_HASH).symlink_to(fresh / "planted")
+    assert cache.cache_folder().is_relative_to(fresh / "elsewhere")
 
 
 def test_the_hash_sees_every_file(tmp_path):
