@@ -1,0 +1,74 @@
+"""joblib's processes and Dask's workers do the same, also where one dies."""
+
+import importlib.util
+import os
+import time
+
+import pytest
+
+from crawler_bench.config.schema import ConfigError
+from crawler_bench.runs.machines.engines import Lost, Workers, as_workers, engine
+from tests.runs.machines.work import sleep, square
+
+HAS_DASK = importlib.util.find_spec("distributed") is not None
+PLACES = ["", pytest.param("dask", marks=pytest.mark.skipif(not HAS_DASK, reason="Dask is an extra"))]
+
+
+def running(number: str) -> bool:
+    try:
+        os.kill(int(number), 0)
+    except ProcessLookupError:
+        return False
+    return True
+
+
+@pytest.mark.parametrize("on", PLACES)
+def test_a_worker_that_dies_costs_its_task_a_second_try(on, tmp_path):
+    tasks = [(number, tmp_path) for number in (*range(8), -1, 8, 9)]
+    with engine(Workers(2, on)) as run:
+        found = list(run(square, tasks))
+    lost = [each for each in found if isinstance(each, Lost)]
+    assert sorted(each for each in found if not isinstance(each, Lost)) == [n**2 for n in range(10)]
+    assert [each.task for each in lost] == [(-1, tmp_path)]
+    assert "died" in lost[0].reason
+
+
+@pytest.mark.parametrize("on", PLACES)
+def test_whatever_ends_the_work_ends_the_workers(on, tmp_path):
+    def interrupt():
+        for number in range(9):
+            if number == 8:  # both are asleep by now
+                while len(list(tmp_path.iterdir())) < 2:
+                    time.sleep(0.01)
+                raise KeyboardInterrupt
+            yield 60.0, tmp_path
+
+    started = time.monotonic()
+    with pytest.raises(KeyboardInterrupt), engine(Workers(2, on)) as run:
+        list(run(sleep, interrupt()))
+    assert time.monotonic() - started < 50
+    ends = time.monotonic() + 5
+    while time.monotonic() < ends and any(running(each.name) for each in tmp_path.iterdir()):
+        time.sleep(0.05)
+    assert not [each.name for each in tmp_path.iterdir() if running(each.name)]
+
+
+def test_places_that_there_are_not():
+    assert as_workers(3) == Workers(3)
+    assert Workers(3).processes == 3
+    assert Workers().processes == os.cpu_count()
+    for on in ("dusk", "tcp:/host", "slurm2"):
+        with pytest.raises(ConfigError, match="dask, slurm, kubernetes or a scheduler's address"):
+            Workers(on=on)
+
+
+@pytest.mark.skipif(not HAS_DASK, reason="Dask is an extra")
+def test_a_cluster_that_cannot_be_had_is_said_in_one_line(monkeypatch):
+    import dask
+
+    cases = {"tcp://127.0.0.1:9": "no scheduler answers there", "kubernetes": "pip install dask-kubernetes"}
+    for on, said in cases.items():
+        with dask.config.set({"distributed.comm.timeouts.connect": "1s"}):
+            with pytest.raises(ConfigError, match=said) as caught, engine(Workers(on=on)):
+                pass
+        assert "\n" not in str(caught.value)

@@ -1,0 +1,186 @@
+"""Other people's files: whatever they hold, nothing of it is run; each payload here would write a marker."""
+
+import io
+import json
+import pickle
+import shutil
+import sys
+import time
+import zipfile
+from pathlib import Path
+
+import numpy as np
+import pytest
+from stable_baselines3.common.save_util import data_to_json
+
+from crawler_bench.benchmark.reproduce_cell import reproduce
+from crawler_bench.config.files import load_experiment, load_tuning
+from crawler_bench.config.schema import ConfigError, RunConfig, override, to_yaml
+from crawler_bench.runs import store, training
+from crawler_bench.runs.agent import agent_class
+from crawler_bench.runs.evaluation import evaluate
+from crawler_bench.runs.folders import checksums
+from crawler_bench.runs.policy_table import action_table
+from crawler_bench.runs.untrusted import MOST_UNPACKED, agents_of, inside, require_bounded, require_trust
+
+SHORT = {
+    "starts": 1,
+    "warm_up": 1,
+    "duration": 2,
+    "settle": 1,
+    "gait": 2,
+    "evaluation.noise": [0],
+    "decisions": 64,
+}
+SETTINGS = {"ppo": {"n_steps": 32, "batch_size": 32, "n_epochs": 1}, "dqn": {"learning_starts": 8}}
+EVIL = """
+from pathlib import Path
+Path({marker!r}).write_text("run")
+from agents.reference import Random as Evil
+"""
+
+
+@pytest.fixture
+def marker(tmp_path, monkeypatch):
+    """A file that is there once a payload has run; the payload's module can be imported."""
+    path = tmp_path / "marker"
+    (tmp_path / "evil_agent.py").write_text(EVIL.format(marker=str(path)))
+    monkeypatch.syspath_prepend(str(tmp_path))
+    monkeypatch.delitem(sys.modules, "evil_agent", raising=False)
+    return path
+
+
+class Payload:
+    def __init__(self, path: Path) -> None:
+        self.path = path
+
+    def __reduce__(self):
+        return Path.write_text, (self.path, "run")
+
+
+def run_of(agent: str, folder: Path, **changes) -> Path:
+    """A sealed run folder of an agent that nobody has trained."""
+    folder.mkdir()
+    store.write_config(folder, override(RunConfig(), {"agent": agent} | SHORT | changes, "test"), 0)
+    (folder / "learning.csv").write_text("decisions,gradient_updates,time,distance,policy\n")
+    (folder / "agent.json").write_text("{}")
+    store.write_manifest(folder, time.monotonic())
+    checksums.seal(folder, folder.name)
+    return folder
+
+
+def test_a_class_that_a_run_folder_names_is_not_imported_unasked(tmp_path, marker):
+    folder = run_of("evil_agent:Evil", tmp_path / "run")
+    with pytest.raises(ConfigError, match=r"config\.yaml names the agent 'evil_agent:Evil'.*--trust"):
+        evaluate(folder)
+    assert not marker.exists()
+    with pytest.raises(store.NotARunError):  # it is no saved agent, but was imported
+        evaluate(folder, trusted=["evil_agent:Evil"])
+    assert marker.exists()
+
+
+@pytest.mark.parametrize("agent", ["ppo", "dqn"])
+def test_an_archive_is_read_without_pickle(tmp_path, marker, agent):
+    changes = {f"settings.{key}": value for key, value in SETTINGS[agent].items()}
+    config = override(RunConfig(), {"agent": agent, "crawlers": 2} | SHORT | changes, "test")
+    folder = training.train(config, 0, tmp_path / "runs")
+    learned, _ = training.learn(config, 0)
+    path = folder / "agent.zip"
+    poisoned = tmp_path / "poisoned.zip"
+    with zipfile.ZipFile(path) as old, zipfile.ZipFile(poisoned, "w") as new:
+        for name in old.namelist():
+            content = old.read(name)
+            if name == "data":
+                data = json.loads(content) | json.loads(data_to_json({"evil": Payload(marker)}))
+                content = json.dumps(data).encode()
+            new.writestr(name, content)
+    shutil.copy(poisoned, path)
+    read = training.load_agent(folder, config)
+    assert not marker.exists()
+    for mode in ("deterministic", "stochastic"):
+        np.testing.assert_array_equal(action_table(read, 10, mode), action_table(learned, 10, mode))
+    agent_class(agent).load(path)
+    assert marker.exists()  # the payload works
+
+
+def test_weights_that_are_a_pickle_are_refused(tmp_path, marker):
+    config = override(RunConfig(), {"agent": "ppo"} | SHORT, "test")
+    with zipfile.ZipFile(tmp_path / "agent.zip", "w") as archive:
+        archive.writestr("data", "{}")
+        archive.writestr("policy.pth", pickle.dumps(Payload(marker)))
+    with pytest.raises(store.NotARunError, match=r"agent\.zip cannot be loaded: .*--trust"):
+        training.load_agent(tmp_path, config)
+    assert not marker.exists()
+
+
+@pytest.mark.parametrize("text", ["agent: evil_agent:Evil", "grid: {agent: [random, 'evil_agent:Evil']}"])
+def test_a_class_that_a_yaml_file_names_is_not_imported_unasked(tmp_path, marker, text):
+    path = tmp_path / "entry.yaml"
+    path.write_text(text)
+    entry = load_experiment(path)
+    with pytest.raises(ConfigError, match=r"entry\.yaml names the agent 'evil_agent:Evil'"):
+        require_trust(agents_of(entry), path)
+    require_trust(agents_of(entry), path, agents_of(entry))
+    path.write_text("space: {agent: {start: random, values: ['evil_agent:Evil']}}")
+    with pytest.raises(ConfigError, match="evil_agent"):
+        require_trust(agents_of(load_tuning(path)), path)
+    assert not marker.exists()
+
+
+def test_names_that_are_ours_or_installed_need_no_trust(tmp_path):
+    require_trust(["qlearning", "agents.deep:PPO"], tmp_path)
+    with pytest.raises(ConfigError):
+        require_trust(["subprocess:Popen"], tmp_path)
+
+
+def results_of(folder: Path, agent: str, entry: str) -> Path:
+    """A results folder with one run of an agent, and its entry."""
+    (folder / "entries").mkdir(parents=True)
+    run = {
+        "agent": agent,
+        "mode": "deterministic",
+        "regularization": 0.0,
+        "seed": 0,
+        "hash": "ab",
+        "run": "r",
+    }
+    header, row = ",".join(run), ",".join(f'"{value}"' for value in run.values())
+    for name in ("runs", "evaluations", "curves", "summary"):
+        (folder / f"{name}.csv").write_text(f"{header}\n{row if name == 'runs' else ''}\n")
+    (folder / "entries" / f"{Path(agent).name}.yaml").write_text(entry)
+    return folder
+
+
+def test_reproducing_a_cell_reads_nothing_outside_the_results(tmp_path, marker):
+    evil = to_yaml(RunConfig(agent="evil_agent:Evil", decisions=0))
+    (tmp_path / "elsewhere.yaml").write_text(evil)
+    for agent in ("../../elsewhere", str(tmp_path / "elsewhere")):
+        folder = results_of(tmp_path / f"results{len(agent)}", agent, evil)
+        with pytest.raises(ConfigError, match="which is outside of it"):
+            reproduce(folder, "ab", jobs=1, quiet=True, trust=True)
+    folder = results_of(tmp_path / "named", "evil", evil)
+    with pytest.raises(ConfigError, match="'evil_agent:Evil', which is neither ours nor installed"):
+        reproduce(folder, "ab", jobs=1, quiet=True)
+    assert not marker.exists()
+
+
+def test_a_link_leads_nowhere(tmp_path):
+    (tmp_path / "results").mkdir()
+    (tmp_path / "results" / "entry.yaml").symlink_to(tmp_path / "secret")
+    with pytest.raises(ConfigError, match="outside"):
+        inside(tmp_path / "results", "entry.yaml")
+    assert inside(tmp_path / "results", "a..b.yaml").name == "a..b.yaml"
+
+
+def test_no_archive_unpacks_beyond_a_bound(tmp_path):
+    path = tmp_path / "bomb.zip"
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive, archive.open("zeros", "w") as file:
+        for _ in range(MOST_UNPACKED // 2**24 + 1):
+            file.write(bytes(2**24))
+    assert path.stat().st_size < 2**20
+    with pytest.raises(ValueError, match="it unpacks to"):
+        require_bounded(path)
+    buffer = io.BytesIO()
+    np.savez_compressed(buffer, small=np.zeros(5))
+    path.write_bytes(buffer.getvalue())
+    require_bounded(path)
