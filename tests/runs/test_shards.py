@@ -1,5 +1,7 @@
 """Parts of a sweep: together they are all of it, and none has to wait for another."""
 
+import itertools
+
 import pytest
 
 from crawler_bench.config.schema import ConfigError, RunConfig, override
@@ -16,7 +18,7 @@ CELLS = [
 @pytest.mark.parametrize("of", [1, 3, 16])
 def test_the_parts_are_the_whole(of):
     parts = [part_of(CELLS, Shard(number, of)) for number in range(1, of + 1)]
-    assert sorted(map(str, sum(parts, []))) == sorted(map(str, CELLS))
+    assert sorted(map(str, itertools.chain(*parts))) == sorted(map(str, CELLS))
     assert max(map(len, parts)) - min(map(len, parts)) <= 2
     trained = [{(cell.seed, cell.config.environment.regularization) for cell in part} for part in parts]
     assert sum(map(len, trained)) == len(set().union(*trained))  # no training in two parts
