@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING
 
 from rich.console import Console
+from rich.markup import escape
 from rich.table import Table
 
 if TYPE_CHECKING:
@@ -51,9 +52,9 @@ def print_frame(frame: "pd.DataFrame") -> None:
     from crawler_bench.output.cells import format_number
 
     wide = _wide_console()
-    table = Table(*map(str, frame.columns))
+    table = Table(*(escape(str(name)) for name in frame.columns))
     for row in frame.itertuples(index=False):
-        table.add_row(*(str(value) if isinstance(value, str) else format_number(value) for value in row))
+        table.add_row(*(escape(value) if isinstance(value, str) else format_number(value) for value in row))
     wide.print(table)
 
 

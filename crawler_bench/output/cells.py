@@ -1,6 +1,7 @@
 """Numbers as the cells of a table show them, and tables as Markdown."""
 
 import math
+import re
 
 import pandas as pd
 
@@ -31,5 +32,15 @@ def format_cell(value: float, low: float, high: float, n: int, identity: str = "
 
 
 def markdown(frame: pd.DataFrame) -> str:
-    """A frame as a Markdown table, its text as it is."""
-    return frame.to_markdown(index=False, disable_numparse=True)
+    """A frame as a Markdown table.
+
+    Its text may be emphasized or code; a name in it starts no column, row, link or HTML of its own.
+    """
+    return frame.map(_harmless).to_markdown(index=False, disable_numparse=True)
+
+
+def _harmless(value: object) -> object:
+    if not isinstance(value, str):
+        return value
+    text = re.sub(r"<(?=[A-Za-z/!?])", "&lt;", " ".join(value.splitlines()))
+    return re.sub(r"(?<!\\)\|", r"\|", text).replace("](", r"]\(")
