@@ -28,9 +28,9 @@ from typing import Any
 from crawler_bench.config.files import read_mapping
 from crawler_bench.config.schema import RunConfig, to_yaml
 from crawler_bench.runs.folders import checksums, claims
-from crawler_bench.runs.folders.checksums import MANIFEST
 from crawler_bench.runs.folders.keys import installed_version, training_key
 
+MANIFEST = checksums.MANIFEST
 CONFIG = "config.yaml"
 PACKAGES = ("numpy", "scipy", "numba", "gymnasium", "stable-baselines3", "torch", "pandas", "matplotlib")
 

@@ -20,7 +20,8 @@ from crawler_bench.runs import store
 from crawler_bench.runs.agent import agent_class
 from crawler_bench.runs.evaluation import evaluate
 from crawler_bench.runs.folders import claims
-from crawler_bench.runs.machines.engines import Lost, Workers, as_workers, engine
+from crawler_bench.runs.machines.engines import Lost, Workers, as_workers
+from crawler_bench.runs.machines.workplaces import engine
 from crawler_bench.runs.training import train
 
 

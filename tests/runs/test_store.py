@@ -1,6 +1,8 @@
 """Run folders: published whole or not at all, made once however many ask, read as written."""
 
+import errno
 import json
+import os
 import shutil
 import time
 from pathlib import Path
@@ -32,13 +34,25 @@ def test_publishing_is_all_or_nothing(tmp_path):
     assert folder.stat().st_mode & 0o777 == 0o755
 
 
-def test_a_folder_that_cannot_be_replaced_stays_as_it_was(tmp_path):
+def test_a_folder_that_cannot_be_replaced_stays_as_it_was(tmp_path, monkeypatch):
     folder = tmp_path / "results"
     folder.mkdir()
     (folder / "file").write_text("old")
     with pytest.raises(FileNotFoundError), store.replace(folder) as draft:
         shutil.rmtree(draft)
     assert (folder / "file").read_text() == "old"
+
+    def rename(path, target):
+        if path.name.startswith(".partial-results-") and "-old-" not in path.name:
+            raise OSError(errno.ENOSPC, "full", str(path))
+        return os.rename(path, target)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(Path, "rename", rename)
+        with pytest.raises(OSError, match="full"), store.replace(folder) as draft:
+            (draft / "file").write_text("new")
+    assert (folder / "file").read_text() == "old"
+    assert list(tmp_path.iterdir()) == [folder]
     with store.replace(folder) as draft:
         (draft / "file").write_text("new")
     assert (folder / "file").read_text() == "new"

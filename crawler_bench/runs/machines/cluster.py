@@ -54,7 +54,7 @@ def connected(workers: Workers) -> Iterator["_Cluster"]:
 
 def _start(workers: Workers) -> Any:
     if workers.on == "dask":
-        return distributed.LocalCluster(  # type: ignore[no-untyped-call]
+        return distributed.LocalCluster(
             n_workers=workers.processes, threads_per_worker=1, dashboard_address=None, silence_logs="CRITICAL"
         )
     module, _, name = CLASSES[workers.on].partition(":")
@@ -92,7 +92,7 @@ class _Cluster:
 
     def __call__(self, work: Callable[..., Found], tasks: Iterable[Task]) -> Iterator[Found | Lost]:
         left, flying = iter(tasks), {}
-        done = distributed.as_completed()  # type: ignore[no-untyped-call]
+        done = distributed.as_completed()
 
         def submit(number: int) -> None:
             for task in itertools.islice(left, number):

@@ -12,13 +12,15 @@ from crawler_bench.runs.folders import claims
 HOLD = """
 import sys
 from pathlib import Path
-from crawler_bench.runs import store
 from crawler_bench.runs.folders import claims
 folder = Path(sys.argv[1])
-with claims.claim(folder), store.publish(folder) as draft:
+with claims.claim(folder):
+    draft = folder.with_name(".partial-run-abcd1234")
+    draft.mkdir()
     (draft / "file").write_text("half")
     print(draft.name, flush=True)
     input()
+    draft.rename(folder)
 """
 
 

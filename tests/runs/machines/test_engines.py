@@ -9,7 +9,8 @@ import time
 import pytest
 
 from crawler_bench.config.schema import ConfigError
-from crawler_bench.runs.machines.engines import Lost, Workers, as_workers, engine
+from crawler_bench.runs.machines.engines import Lost, Workers, as_workers
+from crawler_bench.runs.machines.workplaces import engine
 from tests.runs.machines.work import sleep, square
 
 HAS_DASK = importlib.util.find_spec("distributed") is not None
