@@ -21,6 +21,15 @@ CHOICES = {
     "integrator": ("exact", "step"),
 }
 
+# Beyond, one integrator or the other loses digits, or ends in no time that anybody waits for.
+RANGES = {
+    "damping": (0.01, 100.0), "tau_m": (0.01, 100.0), "tau_f": (0.01, 100.0),
+    "muscle_force_max": (1e-3, 100.0),
+    "friction_forward": (1e-4, 1000.0), "friction_backward": (1e-4, 1000.0), "neuron_rate": (0.01, 1000.0),
+    "spike_gain": (1e-3, 1000.0), "dt": (1e-6, 10.0), "decision_interval": (1e-6, 1000.0),
+    "longest_hold": (1e-6, 1e6),
+}  # fmt: skip
+
 
 @dataclass(frozen=True, kw_only=True)
 class CrawlerParameters:
@@ -72,6 +81,8 @@ class CrawlerParameters:
             else:
                 number = _as_float(value)
                 _require(math.isfinite(number) and number > 0, field.name, value, "a finite number above 0")
+                low, high = RANGES[field.name]
+                _require(low <= number <= high, field.name, value, f"a number from {low:g} to {high:g}")
                 object.__setattr__(self, field.name, number)
         # For either integrator, so that the one can stand in for the other at any time.
         self._check_neuron_step()
