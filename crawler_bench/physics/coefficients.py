@@ -1,6 +1,7 @@
 """The parameters as the kernels need them: numbers computed once, read by name."""
 
 import math
+import warnings
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -58,6 +59,13 @@ def coefficients(parameters: CrawlerParameters, tolerance: float = EVENT) -> Coe
     p = parameters
     times = relaxation(p.tau_m, p.tau_f, p.damping)
     turn = p.neuron_rate * p.decision_interval
+    if p.integrator == "exact" and may_balance(p):
+        warnings.warn(
+            f"friction can balance with every node sliding (n_segments = {p.n_segments}, friction "
+            f"{p.forward_limit:g} and {p.backward_limit:g}): while fewer than two nodes stick, the exact integrator "
+            f"takes Euler steps of dt = {p.dt:g}; a smaller dt is more accurate",
+            stacklevel=2,
+        )
     longest = LONGEST_EPOCH * min(p.tau_m, p.tau_f, p.damping)
     return Coefficients(
         exact=p.integrator == "exact",

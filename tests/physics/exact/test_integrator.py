@@ -1,5 +1,6 @@
 """The exact integrator: what the stepped one converges to, whatever the parameters."""
 
+import warnings
 from dataclasses import replace
 from typing import Any
 
@@ -11,6 +12,7 @@ from numpy.typing import NDArray
 
 from crawler_bench.physics import CrawlerParameters, integration
 from crawler_bench.physics.as_printed import force_on_nodes, simulate
+from crawler_bench.physics.coefficients import coefficients
 from crawler_bench.physics.exact import integrator
 from crawler_bench.physics.exact.integrator import cross_decision
 from crawler_bench.physics.integration import act
@@ -178,6 +180,17 @@ def test_where_friction_balances_it_takes_steps() -> None:
     exact, stepped = crawl(p, actions), crawl(replace(p, integrator="step"), actions)
     assert (np.abs(exact["slip"]) == 1).all(axis=1).any()
     np.testing.assert_allclose(exact["displacement"], stepped["displacement"], atol=2e-3)
+
+
+@pytest.mark.parametrize("changes", [{"n_segments": 30}, {"n_segments": 5, "friction_backward": 0.3}])
+def test_steps_in_place_of_the_exact_integrator_are_announced(changes: dict[str, Any]) -> None:
+    limits = {"friction_forward": 0.3, "friction_backward": 9.0, "friction_law": "table"} | changes
+    with pytest.warns(UserWarning, match=r"friction can balance.* Euler steps of dt = 0\.002"):
+        coefficients(CrawlerParameters(dt=0.002, **limits))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        coefficients(CrawlerParameters(dt=0.002, integrator="step", **limits))
+        coefficients(CrawlerParameters(friction_forward=0.3, friction_backward=9.0, n_segments=10))
 
 
 def test_events_without_end_are_given_up(monkeypatch: pytest.MonkeyPatch) -> None:
