@@ -1,4 +1,4 @@
-"""How a sweep scales: cells that only sleep, over more and more workers; `python -m speed.scaling` prints a table.
+"""How a sweep scales: cells that only sleep, on more and more workers; `python -m speed.scaling` prints it.
 
 A worker that sleeps needs no core, so that many workers show what the seam between them and the client costs.
 """
@@ -23,8 +23,8 @@ def measure(workers: Workers, cells: int, seconds: float) -> dict[str, float]:
         seconds: how long each sleeps.
 
     Returns:
-        Cells per second, the share of the time that the workers slept, what a cell costs beyond its sleep (ms,
-        of one worker's time), and the memory of this process (MiB).
+        Cells per second, the share of the time that the workers slept, what a cell costs beyond its sleep
+        (ms, of one worker's time), and the memory of this process (MiB).
     """
     with engine(workers) as run:
         for _ in run(time.sleep, [(seconds,)] * 2 * workers.processes):

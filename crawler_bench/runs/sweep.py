@@ -154,9 +154,8 @@ def run_cells(
                 if not left:
                     break
                 console.print(f"waiting for another command, which works on {len(left)} of the runs")
-    except BaseException:
-        claims.sweep(root)  # of what its workers were at
-        raise
+    finally:
+        claims.sweep(root)  # of what dead workers were at
     return [replace(outcomes[_identity(cell)], cell=cell) for cell in cells]
 
 

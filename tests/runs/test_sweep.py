@@ -5,6 +5,7 @@ import shutil
 import signal
 import subprocess
 import sys
+import threading
 import time
 from pathlib import Path
 
@@ -14,7 +15,7 @@ import pytest
 
 from crawler_bench.config.schema import RunConfig, override
 from crawler_bench.runs import evaluation, store, training
-from crawler_bench.runs.folders import checksums
+from crawler_bench.runs.folders import checksums, claims
 from crawler_bench.runs.results import read_outcomes
 from crawler_bench.runs.sweep import Cell, run_cells
 
@@ -220,6 +221,47 @@ def test_swapped_runs_and_evaluations_are_noticed(finished, tmp_path):
         outcomes = run_cells(pair, root, jobs=1, quiet=True)
         assert [len(outcome.notes) for outcome in outcomes] == [1, 1]
         assert contents(outcomes[0].evaluation) == contents(finished[1][0].evaluation)
+
+
+def test_what_another_command_works_on_is_left_to_it_and_looked_up_at_the_end(tmp_path, capsys):
+    cells = [CELLS[4], Cell("untrained", RANDOM, 1)]
+    theirs = store.run_folder(tmp_path, RANDOM, 0)
+    held, ours = threading.Event(), store.run_folder(tmp_path, RANDOM, 1)
+
+    def work():
+        with claims.claim(theirs):
+            held.set()
+            while not list(ours.glob("evaluation-*")):  # we go on with the other cell meanwhile
+                time.sleep(0.01)
+
+    other = threading.Thread(target=work, daemon=True)
+    other.start()
+    held.wait()
+    outcomes = run_cells(cells, tmp_path, jobs=1)
+    assert not any(outcome.error for outcome in outcomes)
+    said = capsys.readouterr().err
+    assert "waiting for another command, which works on 1 of the runs" in said
+    assert said.index("seed 1:") < said.index("waiting") < said.index("seed 0:")
+
+
+DIE = """
+import os, signal
+from agents.reference import Random
+class Dies(Random):
+    def learn(self, total_timesteps, callback=None, progress_bar=False):
+        os.kill(os.getpid(), signal.SIGKILL)
+"""
+
+
+def test_a_cell_that_kills_its_worker_is_a_failure_and_not_a_loop(tmp_path, monkeypatch, capsys):
+    monkeypatch.syspath_prepend(str(tmp_path))
+    (tmp_path / "dying_agent.py").write_text(DIE)
+    dying = override(RANDOM, {"agent": "dying_agent:Dies"}, "test")
+    outcomes = run_cells([Cell("dying", dying, 0), CELLS[4]], tmp_path / "runs", jobs=2)
+    assert "died twice" in outcomes[0].error
+    assert "FAILED dying seed 0" in capsys.readouterr().err
+    assert not outcomes[1].error
+    assert [path.name for path in (tmp_path / "runs").iterdir() if path.is_dir()] == [outcomes[1].folder.name]
 
 
 def test_nothing_finished_is_nothing_read():
