@@ -62,8 +62,8 @@ def coefficients(parameters: CrawlerParameters, tolerance: float = EVENT) -> Coe
     if p.integrator == "exact" and may_balance(p):
         warnings.warn(
             f"friction can balance with every node sliding (n_segments = {p.n_segments}, friction "
-            f"{p.forward_limit:g} and {p.backward_limit:g}): while fewer than two nodes stick, the exact integrator "
-            f"takes Euler steps of dt = {p.dt:g}; a smaller dt is more accurate",
+            f"{p.forward_limit:g} and {p.backward_limit:g}): while fewer than two nodes stick, the exact "
+            f"integrator takes Euler steps of dt = {p.dt:g}; a smaller dt is more accurate",
             stacklevel=2,
         )
     longest = LONGEST_EPOCH * min(p.tau_m, p.tau_f, p.damping)

@@ -55,7 +55,10 @@ def connected(workers: Workers) -> Iterator["_Cluster"]:
 def _start(workers: Workers) -> Any:
     if workers.on == "dask":
         return distributed.LocalCluster(
-            n_workers=workers.processes, threads_per_worker=1, dashboard_address=None, silence_logs="CRITICAL"
+            n_workers=workers.processes,
+            threads_per_worker=1,
+            dashboard_address="127.0.0.1:0",
+            silence_logs="CRITICAL",
         )
     module, _, name = CLASSES[workers.on].partition(":")
     try:
@@ -92,7 +95,7 @@ class _Cluster:
 
     def __call__(self, work: Callable[..., Found], tasks: Iterable[Task]) -> Iterator[Found | Lost]:
         left, flying = iter(tasks), {}
-        done = distributed.as_completed()
+        done = distributed.as_completed(loop=self.client.loop)
 
         def submit(number: int) -> None:
             for task in itertools.islice(left, number):
