@@ -137,12 +137,14 @@ def run_cells(
     unique = {_identity(cell): cell for cell in reversed(cells)}
     outcomes: dict[str, Outcome] = {}
     left = list(dict.fromkeys(map(_identity, cells)))
+    workers = as_workers(jobs)
+    place = root.resolve() if workers.on else root  # a worker elsewhere may stand in another folder
     try:
-        with engine(as_workers(jobs)) as run, _progress(console) as progress:
+        with engine(workers) as run, _progress(console) as progress:
             bar = progress.add_task("runs", total=len(unique))
             for wait in (False, True):
                 busy = []
-                for found in run(_named, ((name, unique[name], root, wait) for name in left)):
+                for found in run(_named, ((name, unique[name], place, wait) for name in left)):
                     name, outcome = _lost(found) if isinstance(found, Lost) else found
                     if outcome.busy:
                         busy.append(name)

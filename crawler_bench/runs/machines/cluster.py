@@ -1,6 +1,9 @@
 """Work on a Dask cluster: on this machine, one that runs, or one that a batch system or Kubernetes grants."""
 
 import itertools
+import math
+import sys
+import time
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
@@ -18,6 +21,8 @@ except ImportError:
 
 DEATHS = 1  # of workers that a task may cause before it is given up
 FLYING = 16  # tasks per worker that the scheduler knows of at a time, so that no sweep fills its memory
+RECOUNT = 2.0  # seconds after which workers are counted again
+CONNECT = "10s"  # for a scheduler to answer
 PATIENCE = 1.5  # seconds to say goodbye in
 CLASSES = {"slurm": "dask_jobqueue:SLURMCluster", "kubernetes": "dask_kubernetes.operator:KubeCluster"}
 
@@ -32,7 +37,7 @@ def connected(workers: Workers) -> Iterator["_Cluster"]:
     settings = {
         "distributed.scheduler.allowed-failures": DEATHS,
         "distributed.worker.memory.terminate": False,  # the system's own limit is enough, and knows better
-        "distributed.comm.timeouts.connect": "10s",
+        "distributed.comm.timeouts.connect": CONNECT,
     }
     with dask.config.set(settings):
         started = None if "://" in workers.on else _start(workers)
@@ -42,6 +47,7 @@ def connected(workers: Workers) -> Iterator["_Cluster"]:
             except OSError as error:
                 raise ConfigError(f"--on {workers.on}: no scheduler answers there ({error})") from None
             try:
+                _wait_for_workers(client, workers.on)
                 _require_one_thread(client)
                 yield _Cluster(client)
             finally:
@@ -60,6 +66,8 @@ def _start(workers: Workers) -> Any:
             dashboard_address="127.0.0.1:0",
             silence_logs="CRITICAL",
         )
+    if not workers.jobs:
+        raise ConfigError(f"--on {workers.on}: say with --jobs how many workers to ask for")
     module, _, name = CLASSES[workers.on].partition(":")
     try:
         kind = getattr(import_module(module), name)
@@ -70,9 +78,14 @@ def _start(workers: Workers) -> Any:
         cluster = kind()  # all it needs stands in Dask's configuration files
     except (ValueError, TypeError, OSError) as error:
         raise ConfigError(f"--on {workers.on}: {error}; see docs/scaling.md for the configuration") from None
-    if workers.jobs:
-        cluster.scale(workers.jobs)
+    cluster.scale(workers.jobs)
     return cluster
+
+
+def _wait_for_workers(client: Any, where: str) -> None:
+    if not client.nthreads():
+        print(f"crawler-bench: waiting for the first worker on {where}", file=sys.stderr)
+        client.wait_for_workers(1)
 
 
 def _require_one_thread(client: Any) -> None:
@@ -97,17 +110,22 @@ class _Cluster:
         left, flying = iter(tasks), {}
         done = distributed.as_completed(loop=self.client.loop)
 
-        def submit(number: int) -> None:
-            for task in itertools.islice(left, number):
+        most, counted = 0, -math.inf
+
+        def submit() -> None:
+            nonlocal most, counted
+            if time.monotonic() > counted + RECOUNT:
+                most, counted = FLYING * max(1, len(self.client.nthreads())), time.monotonic()
+            for task in itertools.islice(left, max(0, most - len(flying))):
                 future = self.client.submit(work, *task, pure=False)
                 flying[future.key] = task
                 done.add(future)
 
-        submit(FLYING * max(1, len(self.client.nthreads())))
+        submit()
         for future in done:
             task = flying.pop(future.key)
             yield self._result(future, task)
-            submit(1)
+            submit()
 
     def _result(self, future: Any, task: Task) -> Any:
         if future.status == "finished":

@@ -62,11 +62,15 @@ def test_places_that_there_are_not():
 
 @pytest.mark.skipif(not HAS_DASK, reason="Dask is an extra")
 def test_a_cluster_that_cannot_be_had_is_said_in_one_line(monkeypatch):
-    import dask
+    from crawler_bench.runs.machines import cluster
 
-    cases = {"tcp://127.0.0.1:9": "no scheduler answers there", "kubernetes": "pip install dask-kubernetes"}
-    for on, said in cases.items():
-        with dask.config.set({"distributed.comm.timeouts.connect": "1s"}):
-            with pytest.raises(ConfigError, match=said) as caught, engine(Workers(on=on)):
-                pass
+    cases = [
+        (Workers(1, "tcp://127.0.0.1:9"), "no scheduler answers there"),
+        (Workers(1, "kubernetes"), "pip install dask-kubernetes"),
+        (Workers(0, "slurm"), "say with --jobs how many workers"),
+    ]
+    monkeypatch.setattr(cluster, "CONNECT", "1s")
+    for workers, said in cases:
+        with pytest.raises(ConfigError, match=said) as caught, engine(workers):
+            pass
         assert "\n" not in str(caught.value)
