@@ -20,7 +20,6 @@ except ImportError:
     raise ConfigError("--on needs Dask: pip install 'crawler-bench[cluster]'") from None
 
 DEATHS = 1  # of workers that a task may cause before it is given up
-FLYING = 16  # tasks per worker that the scheduler knows of at a time, so that no sweep fills its memory
 RECOUNT = 2.0  # seconds after which workers are counted again
 CONNECT = "10s"  # for a scheduler to answer
 PATIENCE = 1.5  # seconds to say goodbye in
@@ -102,7 +101,11 @@ def _close(what: Any) -> None:
 
 @dataclass(frozen=True)
 class _Cluster:
-    """Dask's workers; a task whose worker dies is called again on another one, once."""
+    """Dask's workers; a task whose worker dies is called again on another one, once.
+
+    The scheduler gets as many tasks as there are workers: it blames all that a dead worker had, so no other task
+    may wait there; and no sweep fills its memory.
+    """
 
     client: Any
 
@@ -115,7 +118,7 @@ class _Cluster:
         def submit() -> None:
             nonlocal most, counted
             if time.monotonic() > counted + RECOUNT:
-                most, counted = FLYING * max(1, len(self.client.nthreads())), time.monotonic()
+                most, counted = max(1, len(self.client.nthreads())), time.monotonic()
             for task in itertools.islice(left, max(0, most - len(flying))):
                 future = self.client.submit(work, *task, pure=False)
                 flying[future.key] = task
