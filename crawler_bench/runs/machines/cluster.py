@@ -103,8 +103,8 @@ def _close(what: Any) -> None:
 class _Cluster:
     """Dask's workers; a task whose worker dies is called again on another one, once.
 
-    The scheduler gets as many tasks as there are workers: it blames all that a dead worker had, so no other task
-    may wait there; and no sweep fills its memory.
+    The scheduler gets as many tasks as there are workers: it blames all that a dead worker had, so no other
+    task may wait there; and no sweep fills its memory.
     """
 
     client: Any
