@@ -11,18 +11,10 @@ import pytest
 from crawler_bench.config.schema import ConfigError
 from crawler_bench.runs.machines.engines import Lost, Workers, as_workers
 from crawler_bench.runs.machines.workplaces import engine
-from tests.runs.machines.work import sleep, square
+from tests.runs.machines.work import running, sleep, square
 
 HAS_DASK = importlib.util.find_spec("distributed") is not None
 PLACES = ["", pytest.param("dask", marks=pytest.mark.skipif(not HAS_DASK, reason="Dask is an extra"))]
-
-
-def running(number: str) -> bool:
-    try:
-        os.kill(int(number), 0)
-    except ProcessLookupError:
-        return False
-    return True
 
 
 @pytest.mark.parametrize("on", PLACES)

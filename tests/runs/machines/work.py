@@ -18,3 +18,12 @@ def sleep(seconds: float, trace: Path) -> None:
     """Leave a trace of this process, and sleep."""
     (trace / str(os.getpid())).write_text("")
     time.sleep(seconds)
+
+
+def running(number: str) -> bool:
+    """Whether a process of this number is there, and not only waits to be noticed as dead."""
+    try:
+        state = Path(f"/proc/{int(number)}/stat").read_text().rpartition(")")[2].split()[0]
+    except FileNotFoundError:
+        return False
+    return state != "Z"
