@@ -110,7 +110,8 @@ class _Cluster:
     client: Any
 
     def __call__(self, work: Callable[..., Found], tasks: Iterable[Task]) -> Iterator[Found | Lost]:
-        left, flying = iter(tasks), {}
+        left = iter(tasks)
+        flying: dict[str, Task] = {}
         done = distributed.as_completed(loop=self.client.loop)
 
         most, counted = 0, -math.inf
