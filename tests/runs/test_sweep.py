@@ -244,19 +244,8 @@ def test_what_another_command_works_on_is_left_to_it_and_looked_up_at_the_end(tm
     assert said.index("seed 1:") < said.index("waiting") < said.index("seed 0:")
 
 
-DIE = """
-import os, signal
-from agents.reference import Random
-class Dies(Random):
-    def learn(self, total_timesteps, callback=None, progress_bar=False):
-        os.kill(os.getpid(), signal.SIGKILL)
-"""
-
-
-def test_a_cell_that_kills_its_worker_is_a_failure_and_not_a_loop(tmp_path, monkeypatch, capsys):
-    monkeypatch.syspath_prepend(str(tmp_path))
-    (tmp_path / "dying_agent.py").write_text(DIE)
-    dying = override(RANDOM, {"agent": "dying_agent:Dies"}, "test")
+def test_a_cell_that_kills_its_worker_is_a_failure_and_not_a_loop(tmp_path, capsys):
+    dying = override(RANDOM, {"agent": "tests.runs.machines.dying:Dies"}, "test")
     outcomes = run_cells([Cell("dying", dying, 0), CELLS[4]], tmp_path / "runs", jobs=2)
     assert "died twice" in outcomes[0].error
     assert "FAILED dying seed 0" in capsys.readouterr().err
