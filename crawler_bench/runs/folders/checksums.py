@@ -51,7 +51,7 @@ def damage(folder: Path, name: str = "", *, of: str = "") -> str:
     try:
         manifest = json.loads((folder / MANIFEST).read_bytes())
         files, checksum = manifest.get(FILES), manifest.get(CHECKSUM)
-    except (FileNotFoundError, NotADirectoryError):
+    except (FileNotFoundError, NotADirectoryError, IsADirectoryError):
         return f"{folder / MANIFEST} is missing"
     except (ValueError, AttributeError, RecursionError):
         return f"{folder / MANIFEST} is damaged"

@@ -73,6 +73,8 @@ def test_a_manifest_that_is_none(folder, content, said):
     assert "\n" not in damage(folder)
     (folder / MANIFEST).unlink()
     assert "is missing" in damage(folder)
+    (folder / MANIFEST).mkdir()
+    assert "is missing" in damage(folder)
 
 
 @pytest.mark.parametrize("change", [{"wall_clock_seconds": 0.1}, {"files": {}}, {"seed": 2}, {"new": 1}])
