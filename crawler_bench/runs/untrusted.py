@@ -74,7 +74,7 @@ def load_weights(agent: Any, path: Path) -> None:
 
     Args:
         agent: new, with the same networks.
-        path: the archive, of which the weights and the exploration rate are read.
+        path: the archive; its weights and its exploration rate are read.
 
     Raises:
         ValueError: if it holds other networks, or none.

@@ -81,7 +81,7 @@ def added_to(folder: Path) -> list[str]:
 
 
 def identity(folder: Path) -> str:
-    """The checksum of a sealed folder's manifest, which stands for all of its files."""
+    """The checksum of a sealed folder's manifest, and so of all of its files."""
     return str(json.loads((folder / MANIFEST).read_bytes())[CHECKSUM])
 
 

@@ -30,7 +30,7 @@ def test_a_sound_folder_is_sound_under_its_name(folder):
     assert content["seed"] == 1
     assert set(content["files"]) == set(FILES)
     assert f"{folder} holds what was made as run" in damage(folder, "another")
-    assert f"{folder} was measured on another run" in damage(folder, of="abd")
+    assert f"{folder} was measured on another run" in damage(folder, of="xyz")
 
 
 def test_a_folder_with_a_manifest_of_its_own_answers_for_itself(folder):
