@@ -21,6 +21,8 @@ except ImportError:
 
 DEATHS = 1  # of workers that a task may cause before it is given up
 RECOUNT = 2.0  # seconds after which workers are counted again
+LONG = 300.0  # seconds without any worker after which to give up
+GONE = "the Dask scheduler is gone; the same command goes on from the runs that are finished"
 CONNECT = "10s"  # for a scheduler to answer
 PATIENCE = 1.5  # seconds to say goodbye in
 CLASSES = {"slurm": "dask_jobqueue:SLURMCluster", "kubernetes": "dask_kubernetes.operator:KubeCluster"}
@@ -36,19 +38,18 @@ def connected(workers: Workers) -> Iterator["_Cluster"]:
     settings = {
         "distributed.scheduler.allowed-failures": DEATHS,
         "distributed.worker.memory.terminate": False,  # the system's own limit is enough, and knows better
-        "distributed.comm.timeouts.connect": CONNECT,
     }
     with dask.config.set(settings):
         started = None if "://" in workers.on else _start(workers)
         try:
             try:
-                client = distributed.Client(started or workers.on, set_as_default=False)
+                client = distributed.Client(started or workers.on, timeout=CONNECT)
             except OSError as error:
                 raise ConfigError(f"--on {workers.on}: no scheduler answers there ({error})") from None
             try:
                 _wait_for_workers(client, workers.on)
                 _require_one_thread(client)
-                yield _Cluster(client)
+                yield _Cluster(client, workers.on)
             finally:
                 _close(client)
         finally:
@@ -108,38 +109,55 @@ class _Cluster:
     """
 
     client: Any
+    where: str
 
     def __call__(self, work: Callable[..., Found], tasks: Iterable[Task]) -> Iterator[Found | Lost]:
+        """Call `work(*task)` for every task.
+
+        Raises:
+            RuntimeError: if the scheduler is gone, or no worker has been there for long.
+        """
         left = iter(tasks)
-        flying: dict[str, Task] = {}
-        done = distributed.as_completed(loop=self.client.loop)
-
-        most, counted = 0, -math.inf
-
-        def submit() -> None:
-            nonlocal most, counted
+        flying: dict[Any, Task] = {}
+        most, counted, seen = 0, -math.inf, time.monotonic()
+        while True:
             if time.monotonic() > counted + RECOUNT:
-                most, counted = max(1, len(self.client.nthreads())), time.monotonic()
+                counted, number = time.monotonic(), self._count_workers()
+                seen = counted if number else seen
+                if counted > seen + LONG:
+                    raise RuntimeError(f"no worker is left on {self.where}; the same command goes on")
+                most = max(1, number)
             for task in itertools.islice(left, max(0, most - len(flying))):
-                future = self.client.submit(work, *task, pure=False)
-                flying[future.key] = task
-                done.add(future)
+                flying[self.client.submit(work, *task, pure=False)] = task
+            if not flying:
+                return
+            for future in self._done(flying):
+                try:
+                    found = self._result(future, flying[future])
+                except TimeoutError:  # lost with its worker: it is being called again
+                    continue
+                del flying[future]
+                yield found
 
-        submit()
-        for future in done:
-            task = flying.pop(future.key)
-            yield self._result(future, task)
-            submit()
+    def _count_workers(self) -> int:
+        try:
+            return len(self.client.nthreads())
+        except (OSError, TypeError, ValueError):
+            raise RuntimeError(GONE) from None
+
+    def _done(self, flying: dict[Any, Task]) -> list[Any]:
+        """The futures that have come to an end, after a while if there is none."""
+        with suppress(TimeoutError, distributed.CancelledError):
+            distributed.wait(list(flying), timeout=RECOUNT, return_when="FIRST_COMPLETED")
+        return [future for future in flying if future.done()]
 
     def _result(self, future: Any, task: Task) -> Any:
         if future.status == "finished":
-            return future.result()
-        error = None if future.cancelled() else future.exception()
+            return future.result(timeout=RECOUNT)
+        error = None if future.cancelled() else future.exception(timeout=RECOUNT)
         if isinstance(error, distributed.KilledWorker):
             workers = error.allowed_failures + 1
             return Lost(task, f"{workers} workers died while they ran it: killed, or over a limit")
         if error is not None:
             raise error
-        raise RuntimeError(
-            "the Dask scheduler is gone; the same command goes on from the runs that are finished"
-        )
+        raise RuntimeError(GONE)
