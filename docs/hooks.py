@@ -1,7 +1,7 @@
 """What MkDocs adds to docs/: README as the first page, a page per figure, the API reference, and the report.
 
-The Markdown in docs/ is written for a code forge, so it links to files beside docs/. On the site, a link to a figure
-or a CSV leads to a copy of it, a link to another document to its page, and a link to code keeps its text only.
+The Markdown in docs/ is written for a code forge, so it links to files beside docs/. On the site, a link to a
+figure or a CSV leads to a copy of it, one to another document to its page, and one to code is text only.
 """
 
 import posixpath
@@ -22,7 +22,8 @@ DOCUMENTS = {"README.md": "index.md", "CONTRIBUTING.md": "contributing.md", "CHA
 COPIED = (".png", ".gif", ".csv")
 WINGS = {
     "Environment": "crawler_bench.envs", "Physics": "crawler_bench.physics", "Agents": "agents",
-    "Runs": "crawler_bench.runs", "Gait metrics": "crawler_bench.gait", "Statistics": "crawler_bench.statistics",
+    "Runs": "crawler_bench.runs", "Gait metrics": "crawler_bench.gait",
+    "Statistics": "crawler_bench.statistics",
     "Configuration": "crawler_bench.config", "Paper": "crawler_bench.paper",
     "Benchmark": "crawler_bench.benchmark", "Readings": "crawler_bench.readings",
     "Output": "crawler_bench.output", "Report": "crawler_bench.report",
@@ -40,7 +41,9 @@ def on_files(files: Files, config: Any) -> Files:
     for path in _results():
         for each in sorted(path.iterdir()):
             if each.suffix in COPIED:
-                files.append(File.generated(config, each.relative_to(ROOT).as_posix(), abs_src_path=str(each)))
+                files.append(
+                    File.generated(config, each.relative_to(ROOT).as_posix(), abs_src_path=str(each))
+                )
     with tempfile.TemporaryDirectory() as folder:
         report = Path(folder) / "report.html"
         write_report(find_folders([ROOT / "results"]), report)
@@ -84,7 +87,11 @@ def _relinked(markdown: str, document: Path) -> str:
             place = name
         else:
             return text
-        here = posixpath.dirname(document.relative_to(ROOT / "docs").as_posix()) if document.parent != ROOT else ""
+        here = (
+            posixpath.dirname(document.relative_to(ROOT / "docs").as_posix())
+            if document.parent != ROOT
+            else ""
+        )
         return f"{sign}[{text}]({posixpath.relpath(place, here or '.')}{'#' if anchor else ''}{anchor})"
 
     return _LINK.sub(replace, markdown)
@@ -100,7 +107,9 @@ def _figure_pages() -> dict[str, str]:
         for name, words, path in found:
             page = f"{folder.name}-{name}"
             pages[f"figures/{page}.md"] = _figure_page(folder.name, name, path)
-            gallery.append(f"[![{words.title}](../results/{folder.name}/{name}.png)<br>{words.title}]({page}.md)\n")
+            gallery.append(
+                f"[![{words.title}](../results/{folder.name}/{name}.png)<br>{words.title}]({page}.md)\n"
+            )
         if found:
             gallery.append("</div>")
     return pages | {"figures/index.md": "\n".join(gallery) + "\n"}
@@ -108,7 +117,12 @@ def _figure_pages() -> dict[str, str]:
 
 def _figure_page(kind: str, name: str, path: Path) -> str:
     words = described(kind, name)
-    lines = [f"# {words.title}\n", words.shows, f"\n![{words.title}](../results/{kind}/{path.name})\n", "## How it was made\n"]
+    lines = [
+        f"# {words.title}\n",
+        words.shows,
+        f"\n![{words.title}](../results/{kind}/{path.name})\n",
+        "## How it was made\n",
+    ]
     if kind in COMMANDS:
         lines.append(f"* Command: `{COMMANDS[kind]}`")
     if words.code:
@@ -116,9 +130,15 @@ def _figure_page(kind: str, name: str, path: Path) -> str:
         dotted = module.removesuffix(".py").replace("/", ".")
         wing = next((title for title, package in WINGS.items() if dotted.startswith(package)), None)
         where = f"`{module}`, function `{function}`"
-        lines.append(f"* Drawn by [{where}](../reference/{_slug(wing)}.md#{dotted}.{function})" if wing else f"* Drawn by {where}")
+        lines.append(
+            f"* Drawn by [{where}](../reference/{_slug(wing)}.md#{dotted}.{function})"
+            if wing
+            else f"* Drawn by {where}"
+        )
     drawn = [f"[{each}](../results/{kind}/{each})" for each in words.data if (path.parent / each).is_file()]
-    lines.append(f"* Data: {', '.join(drawn) if drawn else 'read from the run folders when the results are written'}")
+    lines.append(
+        f"* Data: {', '.join(drawn) if drawn else 'read from the run folders when the results are written'}"
+    )
     lines.append(f"* As vector graphics: `results/{kind}/{name}.svg`")
     return "\n".join(lines) + "\n"
 
@@ -137,6 +157,8 @@ def _reference_pages() -> dict[str, str]:
             for path in folder.rglob("*.py")
             if not path.name.startswith("__")
         )
-        pages[f"reference/{_slug(title)}.md"] = f"# {title}\n\n" + "\n".join(f"::: {name}\n" for name in modules)
+        pages[f"reference/{_slug(title)}.md"] = f"# {title}\n\n" + "\n".join(
+            f"::: {name}\n" for name in modules
+        )
         index.append(f"* [{title}]({_slug(title)}.md): `{package}`")
     return pages | {"reference/index.md": "\n".join(index) + "\n"}

@@ -1,4 +1,4 @@
-"""What each figure of results/ shows, where it is drawn and from what: captions of the report and the site."""
+"""What each figure of results/ shows, where it is drawn and from what: captions for report and site."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -49,7 +49,7 @@ FIGURES = {
     ),
     "paper/fig_2c": Figure(
         "Fig. 2C: the learned policies",
-        "Which neuron each policy switches on, for each observation. Nearest-neighbour wiring is the diagonal.",
+        "Which neuron each policy switches on at each observation. The diagonal is nearest-neighbour wiring.",
         f"{_PAPER}figure_2.py:policies", ("runs.csv",),
     ),
     "paper/fig_3a": Figure(

@@ -13,7 +13,7 @@ from crawler_bench.paper.verdicts import Verdict
 
 # Ten claims that matter, by name, in a newcomer's words.
 KEY_CLAIMS = {
-    "nearest_neighbour": "regularized, learning ends with each segment switching on its own neuron",
+    "nearest_neighbour": "regularized, it learns nearest-neighbour wiring: each switches on the one ahead",
     "wave": "that gait is a wave of contraction from tail to head",
     "speed": "its speed (segment lengths per neuronal period)",
     "wave_speed": "its waves per neuronal period",
@@ -22,7 +22,7 @@ KEY_CLAIMS = {
     "faster_by": "unregularized, the crawler is faster by (%)",
     "slower_high_noise": "but slower when its senses are noisy (difference in speed)",
     "maintains_speed": "regularized, it keeps its speed under noise (relative to none)",
-    "learning_pays": "regularized, it is faster than a crawler that acts at random (difference in speed; implied)",
+    "learning_pays": "regularized, it is faster than at random (difference in speed; implied)",
 }
 
 
@@ -55,7 +55,13 @@ def _row(words: str, row: Mapping[Any, Any]) -> dict[str, str]:
         interval = "all runs alike" if low == high else format_interval(low, high)
     verdict = f"{SIGNS.get(row['verdict'], '')} {row['verdict']}".strip()
     paper = format_number(row["paper"])
-    return {"the paper says": words, "paper": paper, "here": here, "95 % interval": interval, "verdict": verdict}
+    return {
+        "the paper says": words,
+        "paper": paper,
+        "here": here,
+        "95 % interval": interval,
+        "verdict": verdict,
+    }
 
 
 def verdict_share(claims: pd.DataFrame) -> str:

@@ -6,7 +6,11 @@ import pytest
 
 from tests.playground.conftest import without_tools
 
-WIDE, NARROW, NIGHT = {"viewport": {"width": 1280, "height": 900}}, {"viewport": {"width": 390, "height": 844}}, {"color_scheme": "dark"}
+WIDE, NARROW, NIGHT = (
+    {"viewport": {"width": 1280, "height": 900}},
+    {"viewport": {"width": 390, "height": 844}},
+    {"color_scheme": "dark"},
+)
 
 
 @pytest.fixture
@@ -73,7 +77,9 @@ def test_claims_are_filtered_by_verdict_and_words(page):
     button.click()
     shown = claims.locator(".claim:visible")
     assert shown.count() == int(button.locator(".count").inner_text()) < everything
-    assert set(shown.evaluate_all("them => them.map((it) => it.dataset.verdict)")) == {button.get_attribute("data-verdict")}
+    assert set(shown.evaluate_all("them => them.map((it) => it.dataset.verdict)")) == {
+        button.get_attribute("data-verdict")
+    }
     claims.get_by_role("searchbox").fill("no such words")
     assert shown.count() == 0
     claims.get_by_role("searchbox").fill("")
@@ -118,5 +124,7 @@ def test_nobody_is_kept_out(page):
 
     assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
     assert violations() == []
-    page.evaluate("document.querySelector('select').parentElement.replaceWith(document.querySelector('select'))")
+    page.evaluate(
+        "document.querySelector('select').parentElement.replaceWith(document.querySelector('select'))"
+    )
     assert [rule for rule, _ in violations()] == ["select-name"]

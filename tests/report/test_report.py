@@ -52,7 +52,9 @@ class Reader(HTMLParser):
         elif tag == "data":
             source = [each for _, each in self.open if "data-source" in each]
             csv = source[-1]["data-source"] if source else ""
-            self.numbers.append((csv, attributes["value"], text, bool(source) and "data-derived" in source[-1]))
+            self.numbers.append(
+                (csv, attributes["value"], text, bool(source) and "data-derived" in source[-1])
+            )
         elif attributes.get("class") == "count":
             self.counts.append(int(text))
         elif tag != "style":
@@ -83,7 +85,9 @@ def test_every_number_is_in_the_csv_that_the_page_names(read):
 
 def test_every_other_number_was_read_from_results_or_is_in_the_template(read):
     """Names, policies, hashes, commands, manifests; averages of boards."""
-    results = [path for name in ("paper", "benchmark", "readings") for path in (ROOT / "results" / name).iterdir()]
+    results = [
+        path for name in ("paper", "benchmark", "readings") for path in (ROOT / "results" / name).iterdir()
+    ]
     words = "\n".join(path.read_text() for path in results if path.suffix in (".csv", ".json", ".txt"))
     own = "\n".join(path.read_text() for path in (ROOT / "crawler_bench/report").rglob("*.html"))
     own += "".join(each.title + each.shows for each in FIGURES.values())
@@ -101,7 +105,9 @@ def test_every_other_number_was_read_from_results_or_is_in_the_template(read):
 def test_counts_are_those_of_the_claims(read):
     claims = pd.read_csv(ROOT / "results/paper/claims.csv")
     assert read.counts[0] == len(claims)
-    assert sorted(read.counts[1 : 1 + claims["verdict"].nunique()]) == sorted(claims["verdict"].value_counts())
+    assert sorted(read.counts[1 : 1 + claims["verdict"].nunique()]) == sorted(
+        claims["verdict"].value_counts()
+    )
 
 
 def test_curves_are_the_means_of_the_csv(read):
@@ -122,7 +128,12 @@ def test_curves_are_the_means_of_the_csv(read):
 
 def test_nothing_is_left_outside_the_file(report):
     page = report.read_text()
-    assert re.findall(r"""(?:src|href)=(?!["'](?:#|data:)).{20}""", re.sub(r"<script.*?</script>", "", page, flags=re.S)) == []
+    assert (
+        re.findall(
+            r"""(?:src|href)=(?!["'](?:#|data:)).{20}""", re.sub(r"<script.*?</script>", "", page, flags=re.S)
+        )
+        == []
+    )
     assert report.stat().st_size <= 12 * MEGABYTE
 
 
@@ -131,7 +142,11 @@ def planted(tmp_path):
     """A benchmark in which an agent has a nasty name."""
     folder = tmp_path / "results" / "small"
     folder.mkdir(parents=True)
-    runs = [samples.run(agent, seed=seed, diagonal_distance=0, hash="0a0a0a0a") for agent in (NASTY, "b") for seed in (0, 1)]
+    runs = [
+        samples.run(agent, seed=seed, diagonal_distance=0, hash="0a0a0a0a")
+        for agent in (NASTY, "b")
+        for seed in (0, 1)
+    ]
     summary = pd.DataFrame([
         {"agent": agent, "mode": "deterministic", "regularization": 0.0, "metric": name, "value": 0.0054321,
          "low": 0.005, "high": 0.006, "n": 2, "hash": "12345678"}
@@ -140,7 +155,13 @@ def planted(tmp_path):
     pairs = pd.read_csv(ROOT / "results/benchmark/pairs.csv").head(1).assign(first_agent=NASTY)
     learned = pd.concat([samples.curve(NASTY, seed=seed) for seed in (0, 1)])
     policies = samples.tables(**{NASTY: {"deterministic": np.eye(10)}, "b": {"deterministic": np.eye(10)}})
-    named = {"runs": pd.DataFrame(runs), "summary": summary, "pairs": pairs, "curves": learned, "policy_tables": policies}
+    named = {
+        "runs": pd.DataFrame(runs),
+        "summary": summary,
+        "pairs": pairs,
+        "curves": learned,
+        "policy_tables": policies,
+    }
     for name, frame in named.items():
         write_csv(frame, folder / f"{name}.csv")
     return folder
@@ -178,10 +199,14 @@ def test_what_cannot_be_shown_is_said_in_one_line(tmp_path, planted):
     assert "holds no results" in complaint("report", tmp_path / "empty")
     assert "name a file with --out" in complaint("report", planted, "--out", tmp_path)
     shutil.copy(ROOT / "results/paper/runs.csv", planted / "summary.csv")
-    assert "written by an older version" in complaint("report", "--quiet", planted, "--out", tmp_path / "x.html")
+    assert "written by an older version" in complaint(
+        "report", "--quiet", planted, "--out", tmp_path / "x.html"
+    )
 
 
 def test_every_committed_figure_has_its_words():
     for kind in ("paper", "benchmark", "readings"):
         for path in (ROOT / "results" / kind).glob("*.png"):
-            assert f"{kind}/{path.stem}" in FIGURES, f"describe {path.name} in crawler_bench/report/figures.py"
+            assert f"{kind}/{path.stem}" in FIGURES, (
+                f"describe {path.name} in crawler_bench/report/figures.py"
+            )

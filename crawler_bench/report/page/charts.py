@@ -1,8 +1,8 @@
 """Curves that answer to the pointer: speed against noise, and speed while learning.
 
-Plotly draws them: its script comes inside its Python package and needs no network, its marks are SVG, which a style
-sheet can recolour for a dark page, and its legend shows and hides lines. Vega-Altair's script is smaller, but it takes
-another 30 MB package to put it into a page, and each chart would have to program such a legend.
+Plotly draws them: its script comes inside its Python package and needs no network, its marks are SVG, which a
+style sheet can recolour for a dark page, and its legend shows and hides lines. Vega-Altair's is smaller, but it
+takes another 30 MB package to put it into a page, and each chart would have to program such a legend.
 """
 
 from collections.abc import Iterable, Sequence
@@ -19,7 +19,7 @@ from crawler_bench.output.cells import format_number
 from crawler_bench.output.style import EXPERIMENT_COLOURS, SPEED_SCALE
 from crawler_bench.statistics.estimates import Estimate, estimate
 
-SPEED = "speed (10<sup>−3</sup> L/τ<sub>θ</sub>)"
+SPEED = "speed (10<sup>-3</sup> L/τ<sub>θ</sub>)"
 NOISE = "largest error s of a sensed strain"
 MOMENTS = 32  # of a learning curve that are shown, at most
 _NOISE = "speed_noise_"
@@ -147,7 +147,9 @@ def _draw(title: str, x_title: str, lines: Iterable[Line]) -> Chart:
 
 def _add(figure: go.Figure, line: Line, x: Sequence[float], values: Sequence[Estimate]) -> None:
     """A line with dots, and its band, which the legend shows and hides with it."""
-    low, high, middle = ([getattr(each, end) * SPEED_SCALE for each in values] for end in ("low", "high", "value"))
+    low, high, middle = (
+        [getattr(each, end) * SPEED_SCALE for each in values] for end in ("low", "high", "value")
+    )
     colour, name = line.look.colour, str(Markup.escape(line.name))
     red, green, blue = (int(colour[i : i + 2], 16) for i in (1, 3, 5))
     band = {
@@ -162,9 +164,14 @@ def _add(figure: go.Figure, line: Line, x: Sequence[float], values: Sequence[Est
     ]
     figure.add_trace(
         go.Scatter(
-            x=x, y=middle, name=name, legendgroup=name, mode="lines+markers" if len(x) < 20 else "lines",
+            x=x,
+            y=middle,
+            name=name,
+            legendgroup=name,
+            mode="lines+markers" if len(x) < 20 else "lines",
             line={"color": colour, "width": 2, "dash": _DASHES[line.look.dashes]},
-            marker={"size": 6, "symbol": "circle-open" if line.open else "circle"}, customdata=said,
+            marker={"size": 6, "symbol": "circle-open" if line.open else "circle"},
+            customdata=said,
             hovertemplate=f"<b>{name}</b><br>%{{x}}: %{{customdata}}<extra></extra>",
-        )  # fmt: skip
+        )
     )

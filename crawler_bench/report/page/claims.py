@@ -57,9 +57,16 @@ def claims(frame: pd.DataFrame, identity: str, figures: Iterable[str]) -> list[C
         anchor, title = (f"{identity}-{name}", described("paper", name).title) if name in known else ("", "")
         found.append(
             Claim(
-                str(row["claim"]), verdict, SIGNS.get(verdict, "–"), str(row["source"]),
-                _paper(row["paper"]), ours, str(row["command"]), anchor, title,
-            )  # fmt: skip
+                str(row["claim"]),
+                verdict,
+                SIGNS.get(verdict, "-"),
+                str(row["source"]),
+                _paper(row["paper"]),
+                ours,
+                str(row["command"]),
+                anchor,
+                title,
+            )
         )
     return found
 

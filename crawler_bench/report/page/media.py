@@ -54,9 +54,9 @@ def board(table: Array, words: str) -> Markup:
         Markup('<rect class="diagonal" x="{0}" y="{0}" width="9" height="9"/>').format(i * CELL)
         for i in range(n)
     ]
-    return Markup('<svg class="board" role="img" aria-label="{}" viewBox="-1 -1 {size} {size}">{}</svg>').format(
-        words, Markup("").join([*parts, *frame]), size=n * CELL + 1
-    )
+    return Markup(
+        '<svg class="board" role="img" aria-label="{}" viewBox="-1 -1 {size} {size}">{}</svg>'
+    ).format(words, Markup("").join([*parts, *frame]), size=n * CELL + 1)
 
 
 def one_hot(actions: Sequence[int]) -> Array:

@@ -162,10 +162,10 @@ def _run(folder: Folder) -> Run:
         "finished": content.get("finished"),
         "wall clock of the last part (s)": content.get("wall_clock_seconds"),
         "crawler-bench": content.get("crawler_bench"),
-        "commit": f"{git['commit']}{' with changes' if git.get('dirty') else ''}" if git.get("commit") else None,
+        "commit": f"{git.get('commit') or ''}{' with changes' if git.get('dirty') else ''}",
         "Python": content.get("python"),
         "packages": ", ".join(f"{name} {version}" for name, version in content.get("packages", {}).items()),
-        "machine": ", ".join(f"{value} {name}" if name == "cores" else str(value) for name, value in machine.items()),
+        "machine": ", ".join(f"{each} cores" if name == "cores" else str(each) for name, each in machine.items()),
         "runs": str(len(content["runs"])) if "runs" in content else None,
     }  # fmt: skip
     return Run(command, [(name, str(value)) for name, value in facts.items() if value], text)

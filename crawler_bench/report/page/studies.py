@@ -31,12 +31,18 @@ def paper(folder: Folder, identity: str) -> Section:
         {"experiment": _GAITS[0] if _GAITS[0] in set(runs["experiment"]) else ""},
     )  # fmt: skip
     speeds = [
-        [cell(row["experiment"]), cell(row["noise"]), cell(row["speed"], row["low"], row["high"]), cell(row["n"])]
+        [
+            cell(row["experiment"]),
+            cell(row["noise"]),
+            cell(row["speed"], row["low"], row["high"]),
+            cell(row["n"]),
+        ]
         for row in noise.to_dict("records")
     ]
     curve = Table(
         f"{identity}-noise", "Speed against noise, mean over starts and runs with its 95 % interval",
-        "evaluations.csv", ["experiment", "noise s", "speed (L/tau)", "n"], speeds, {"experiment": ""}, derived=True,
+        "evaluations.csv", ["experiment", "noise s", "speed (L/tau)", "n"], speeds, {"experiment": ""},
+        derived=True,
     )  # fmt: skip
     return section(
         folder, identity,
@@ -86,7 +92,7 @@ def _comparison(summary: pd.DataFrame, identity: str) -> Table:
     first = metric("speed").heading if "speed" in set(summary["metric"]) else ""
     filters = {"metric": first, "regularization": "", "agent": "", "mode": ""}
     caption = (
-        "Every agent in every metric; interquartile mean over runs (of a share the mean) with its 95 % interval. "
+        "Every agent in every metric; interquartile mean over runs (of a share the mean), 95 % interval. "
         "`crawler-bench reproduce-cell HASH` re-runs a row from scratch."
     )
     return Table(f"{identity}-comparison", caption, "summary.csv", headings, rows, filters)
@@ -117,13 +123,24 @@ def _pair(row: dict[object, object]) -> list[Cell]:
 
 
 def _runs(runs: pd.DataFrame, identity: str) -> Table:
-    names = ["agent", "mode", "regularization", "seed", "policy", "speed", "stall_share", "off_diagonal", "hash"]
+    names = [
+        "agent",
+        "mode",
+        "regularization",
+        "seed",
+        "policy",
+        "speed",
+        "stall_share",
+        "off_diagonal",
+        "hash",
+    ]
     headings = [
         "agent", "mode", "regularization", "seed", "policy", "speed (L/tau)", "starts that stall",
         "off the diagonal", "hash",
     ]  # fmt: skip
     rows = [
-        [cell(row[name], code=name in ("policy", "hash")) for name in names] for row in runs.to_dict("records")
+        [cell(row[name], code=name in ("policy", "hash")) for name in names]
+        for row in runs.to_dict("records")
     ]
     filters = {"agent": str(runs["agent"].iloc[0]), "mode": "", "regularization": ""}
     caption = "Runs, one per row; `*` in a policy: an action that is drawn."
@@ -164,7 +181,7 @@ def readings(folder: Folder, identity: str) -> Section:
     }  # fmt: skip
     caption = (
         "Readings, ranked: those within tolerance first, by their number of free constants, then by score. "
-        "A score is the mean distance to the claims in units of their tolerances: 0 is the paper's story, 5 no data."
+        "A score is the mean distance to the claims in tolerances: 0 is the paper's story, 5 no data."
     )
     shown = [headings.get(name, name) for name in names]
     found = [Table(f"{identity}-ranking", caption, "readings.csv", shown, rows, {"family": ""})]

@@ -39,7 +39,8 @@ def _section(folder: Folder, identity: str) -> Section:
         return make(folder, identity)
     except (KeyError, pd.errors.ParserError) as error:
         raise ValueError(
-            f"{folder.path} cannot be read as {folder.kind} results ({error}); was it written by an older version?"
+            f"{folder.path} cannot be read as {folder.kind} results ({error}); "
+            "was it written by an older version?"
         ) from error
 
 
