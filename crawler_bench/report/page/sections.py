@@ -165,7 +165,7 @@ def _run(folder: Folder) -> Run:
         "commit": f"{git.get('commit') or ''}{' with changes' if git.get('dirty') else ''}",
         "Python": content.get("python"),
         "packages": ", ".join(f"{name} {version}" for name, version in content.get("packages", {}).items()),
-        "machine": ", ".join(f"{each} cores" if name == "cores" else str(each) for name, each in machine.items()),
+        "machine": ", ".join(f"{each}{' cores' * (name == 'cores')}" for name, each in machine.items()),
         "runs": str(len(content["runs"])) if "runs" in content else None,
     }  # fmt: skip
     return Run(command, [(name, str(value)) for name, value in facts.items() if value], text)
