@@ -48,7 +48,7 @@ check: $(STAMP) ## lint, types, spelling, import contracts
 
 docs: $(STAMP) ## build the documentation site in site/, its notebook included; a warning is an error
 	$(BIN)/python -m pip install --quiet -c constraints.txt -e ".[dev,docs]"
-	PYTHONPATH=. PATH="$(CURDIR)/$(BIN):$$PATH" $(BIN)/mkdocs build --strict --quiet
+	NO_MKDOCS_2_WARNING=1 PYTHONPATH=. PATH="$(CURDIR)/$(BIN):$$PATH" $(BIN)/mkdocs build --strict --quiet
 
 format: $(STAMP) ## format and fix what can be fixed
 	$(BIN)/ruff format .

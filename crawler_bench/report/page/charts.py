@@ -1,8 +1,8 @@
 """Curves that answer to the pointer: speed against noise, and speed while learning.
 
 Plotly draws them: its script comes inside its Python package and needs no network, its marks are SVG, which a
-style sheet can recolour for a dark page, and its legend shows and hides lines. Vega-Altair's script is smaller,
-but another 30 MB package has to put it into a page, and each chart would have to program such a legend.
+style sheet can recolour for a dark page, and its legend shows and hides lines. Vega-Altair is smaller, but
+it takes another 30 MB package to put it into a page, and each chart would have to program such a legend.
 """
 
 from collections.abc import Iterable, Sequence
