@@ -27,7 +27,8 @@ def policy_matrices(tables: pd.DataFrame, runs: pd.DataFrame) -> Figure:
     """The mean policy of every agent, mode and regularization; regularizations of an agent side by side."""
     pairs, values = looks.modes_of(tables), looks.regularizations(tables)
     across = max(1, min(_WIDTH // len(values), len(pairs)))
-    columns, rows = across * len(values), -(-len(pairs) // across)
+    slots = dict(zip(looks.places([agent for agent, _ in pairs], across), pairs, strict=True))
+    columns, rows = across * len(values), max(slots) // across + 1
     height = 2.7 * rows + 1.5
     title = rf"Which neuron each policy turns ON, mean over runs (speed in {style.SPEED_UNIT})"
     figure = style.new_figure(max(2.15 * columns + 1.3, 7.5), height, title)
@@ -37,18 +38,18 @@ def policy_matrices(tables: pd.DataFrame, runs: pd.DataFrame) -> Figure:
         row, left = place // across, place % across * len(values)
         for axes, value in zip(panels[row, left : left + len(values)], values, strict=True):
             chosen = tables.iloc[:0]
-            if place < len(pairs):
-                group = dict(zip(GROUP, (*pairs[place], value), strict=True))
+            if place in slots:
+                group = dict(zip(GROUP, (*slots[place], value), strict=True))
                 chosen, of_runs = select(tables, **group), select(runs, **group)
             if chosen.empty:
                 axes.remove()
                 continue
             # The root separates a probability close to that of random action from none at all.
             image = _matrix(axes, _mean_table(chosen), PROBABILITY, PowerNorm(0.5, 0, 1))
-            said = _title(pairs[place], value, chosen, of_runs)
+            said = _title(slots[place], value, chosen, of_runs)
             axes.set_title(said, loc="left", fontsize=8, color=style.INK)
             axes.tick_params(labelsize=7)
-            if (row + 1) * across + place % across >= len(pairs):  # nothing is below it
+            if place + across not in slots:  # nothing is below it
                 axes.set_xlabel("action: neuron ON", fontsize=9)
     assert image is not None
     figure.supylabel("observation: most contracted segment (1: head)", fontsize=10)
