@@ -104,10 +104,10 @@ def _inset_all(axes: Axes, cycles: pd.DataFrame, look: dict[str, Any]) -> None:
     means = cycles.groupby(["experiment", "seed"])["duration"].mean()
     low, high = np.percentile(durations, ORDINARY)
     low, high = min(low, means.min()), max(high, means.max())
-    if durations.max() - durations.min() < 1.5 * (high - low):
+    spread = max(high - low, 1.0)
+    if durations.max() - durations.min() < 1.5 * spread:
         return
-    margin = 0.05 * (high - low)
-    axes.set_xlim(low - margin, high + margin + 0.45 * (high - low))  # room for legend and inset
+    axes.set_xlim(low - 0.05 * spread, high + 0.5 * spread)  # room for legend and inset
     inset = axes.inset_axes((0.72, 0.28, 0.27, 0.42))
     sns.histplot(
         cycles, x="duration", bins=_bins(durations), element="step", alpha=0.4, ax=inset, legend=False, **look
