@@ -5,7 +5,7 @@ BIN := $(VENV)/bin
 STAMP := $(VENV)/installed
 
 .DEFAULT_GOAL := help
-.PHONY: help reproduce test test-slow coverage speed check format clean
+.PHONY: help reproduce test test-slow coverage speed check docs format clean
 
 help: ## list the targets
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | awk -F ':.*## ' '{printf "  make %-10s %s\n", $$1, $$2}'
@@ -46,9 +46,13 @@ check: $(STAMP) ## lint, types, spelling, import contracts
 	@! grep -rniwE 'anew|of which|stands for|so many' --include='*.py' --include='*.md' crawler_bench agents speed tests docs *.md \
 		|| { echo "plainer words, please: see the lines above"; exit 1; }
 
+docs: $(STAMP) ## build the documentation site in site/, its notebook included; a warning is an error
+	$(BIN)/python -m pip install --quiet -c constraints.txt -e ".[dev,docs]"
+	NO_MKDOCS_2_WARNING=1 PYTHONPATH=. PATH="$(CURDIR)/$(BIN):$$PATH" $(BIN)/mkdocs build --strict --quiet
+
 format: $(STAMP) ## format and fix what can be fixed
 	$(BIN)/ruff format .
 	$(BIN)/ruff check --fix .
 
 clean: ## remove the virtual environment and every cache; results stay
-	rm -rf $(VENV) .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache .coverage htmlcov
+	rm -rf $(VENV) .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache .coverage htmlcov site

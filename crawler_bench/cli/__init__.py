@@ -2,7 +2,7 @@
 
 import typer
 
-from crawler_bench.cli import benchmark, installation, paper, readings, runs
+from crawler_bench.cli import benchmark, installation, paper, readings, report, runs
 from crawler_bench.cli.console import one_line_errors
 from crawler_bench.cli.options import find_modules_here
 
@@ -17,6 +17,7 @@ for command in (paper.reproduce, readings.readings, runs.train, runs.evaluate, r
     app.command()(command)
 app.command()(benchmark.benchmark)
 app.command("reproduce-cell")(benchmark.reproduce_cell)
+app.command()(report.report)
 app.command("list")(installation.list_)
 app.command()(installation.doctor)
 app.command()(installation.warmup)

@@ -11,6 +11,8 @@ from crawler_bench.gait import metrics
 from crawler_bench.runs.evaluation import Evaluation, read_evaluation
 from crawler_bench.runs.sweep import Outcome
 
+CYCLE_DIGITS = 1  # of the duration of a cycle, tau_theta, within which two runs count as equal
+
 
 @dataclass(frozen=True)
 class Measured:
@@ -112,7 +114,10 @@ def _learning_speed(learning: pd.DataFrame, since: float) -> float:
 
 
 def typical_run(runs: pd.DataFrame, outcomes: Sequence[Outcome]) -> Outcome:
-    """The run to show of several: of those with the commonest policy, the median one by reward.
+    """The run to show of several: of those with the commonest policy, the one nearest to the middle of all.
+
+    Nearest first by the duration of its cycle, where there are cycles, then by reward: where every run has a
+    policy of its own, the one shown has the cycle that most have.
 
     Args:
         runs: one row per run and mode, of these outcomes and others.
@@ -127,4 +132,9 @@ def typical_run(runs: pd.DataFrame, outcomes: Sequence[Outcome]) -> Outcome:
         raise RuntimeError("no run succeeded: there is nothing to show")
     shared = rows["policy"].map(rows["policy"].value_counts())
     commonest = rows[shared == shared.max()].sort_values(["reward", "seed"])
-    return finished[commonest.iloc[(len(commonest) - 1) // 2]["run"]]
+    middle = commonest.iloc[(len(commonest) - 1) // 2]["reward"]
+    away = pd.DataFrame({"reward": (commonest["reward"] - middle).abs(), "run": commonest["run"]})
+    cycle = commonest.get("cycle_duration", pd.Series(np.nan, commonest.index))
+    away.insert(0, "cycle", (cycle - cycle.median()).abs().round(CYCLE_DIGITS))
+    nearest = away.sort_values(["cycle", "reward"], kind="stable", na_position="last")
+    return finished[nearest.iloc[0]["run"]]

@@ -17,7 +17,9 @@ from crawler_bench.output import animation, style
 from crawler_bench.runs import training
 
 ROOT = Path(cli.__file__).parents[2]
-COMMANDS = "reproduce readings train evaluate render tune benchmark reproduce-cell list doctor warmup".split()
+COMMANDS = (
+    "reproduce readings train evaluate render tune benchmark report reproduce-cell list doctor warmup".split()
+)
 SHORT = ("starts=2", "warm_up=5", "duration=40", "settle=10")
 SETTINGS = tuple(word for value in SHORT for word in ("--set", value))
 SMOKE = ("--preset", "smoke", "--seeds", "2", "--jobs", "1", "--quiet", *SETTINGS)
