@@ -1,7 +1,9 @@
 """Measure a trained policy, frozen: from several starts, and under several amplitudes of noise."""
 
+import hashlib
 import time
 import zipfile
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -16,7 +18,7 @@ from crawler_bench.gait.record import Record
 from crawler_bench.gait.rollout import rollout
 from crawler_bench.runs import store
 from crawler_bench.runs.policy_table import action_table, probabilities
-from crawler_bench.runs.training import load_agent
+from crawler_bench.runs.training import agent_file, load_agent
 
 
 @dataclass(frozen=True)
@@ -39,24 +41,29 @@ class Evaluation:
     gait: Record
 
 
-def evaluate(folder: Path, config: EvaluationConfig | None = None) -> Path:
+def evaluate(
+    folder: Path,
+    config: EvaluationConfig | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> Path:
     """Evaluate a trained run, unless it has been done.
 
     Args:
         folder: the run.
         config: how; by default as the run's own configuration says.
+        progress: is told how many crawls are done.
 
     Returns:
         The folder of the evaluation, inside the run's.
     """
     run, seed = store.read_run(folder)
     config = config or run.evaluation
-    place = folder / f"evaluation-{store.evaluation_key(config)}"
+    place = evaluation_folder(folder, config)
     if (place / store.MANIFEST).is_file():
         return place
     started = time.time()
     table = action_table(load_agent(folder, run), run.parameters.n_segments, config.mode)
-    evaluation = measure(run, seed, table, config)
+    evaluation = measure(run, seed, table, config, progress)
     with store.publish(place) as draft:
         np.savetxt(draft / "table.csv", evaluation.table, delimiter=",", fmt="%.17g")
         for name in ("starts", "cycles", "nodes"):
@@ -64,6 +71,17 @@ def evaluate(folder: Path, config: EvaluationConfig | None = None) -> Path:
         np.savez_compressed(draft / "gait.npz", **vars(evaluation.gait))
         store.write_manifest(draft, started)
     return place
+
+
+def evaluation_folder(folder: Path, config: EvaluationConfig) -> Path:
+    """Where an evaluation of a run is kept: named by how it measures, and by the agent's file as it is now.
+
+    An agent's file that somebody has changed is measured again; what the old one did is not shown as its own.
+    """
+    saved = agent_file(folder)
+    content = saved.read_bytes() if saved.is_file() else b""
+    key = f"{store.evaluation_key(config)}-{hashlib.sha256(content).hexdigest()[:6]}"
+    return folder / f"evaluation-{key}"
 
 
 def read_evaluation(place: Path) -> Evaluation:
@@ -82,7 +100,13 @@ def read_evaluation(place: Path) -> Evaluation:
     return Evaluation(table, starts, cycles, nodes, gait)
 
 
-def measure(run: RunConfig, seed: int, table: NDArray[np.float64], config: EvaluationConfig) -> Evaluation:
+def measure(
+    run: RunConfig,
+    seed: int,
+    table: NDArray[np.float64],
+    config: EvaluationConfig,
+    progress: Callable[[float], None] | None = None,
+) -> Evaluation:
     """Roll a policy out from every start under every noise, and take its measure."""
 
     def crawl(start: int, noise: float, duration: float) -> Record:
@@ -116,6 +140,8 @@ def measure(run: RunConfig, seed: int, table: NDArray[np.float64], config: Evalu
                 nodes += [(start, j, peaks[j], durations[j]) for j in range(peaks.size)]
                 gaits.append((stalled, start, gait))
             rows.append(row)
+            if progress is not None:
+                progress(len(rows))
     return Evaluation(
         table,
         pd.DataFrame(rows),

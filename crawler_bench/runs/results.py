@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -130,11 +131,17 @@ def typical_run(runs: pd.DataFrame, outcomes: Sequence[Outcome]) -> Outcome:
     rows = runs[runs["run"].isin(list(finished))].drop_duplicates("run") if finished else runs
     if not finished:
         raise RuntimeError("no run succeeded: there is nothing to show")
-    shared = rows["policy"].map(rows["policy"].value_counts())
-    commonest = rows[shared == shared.max()].sort_values(["reward", "seed"])
+    return finished[typical_row(rows)["run"]]
+
+
+def typical_row(runs: pd.DataFrame) -> "pd.Series[Any]":
+    """The row of the run to show: see `typical_run`."""
+    shared = runs["policy"].map(runs["policy"].value_counts())
+    commonest = runs[shared == shared.max()].sort_values(["reward", "seed"])
     middle = commonest.iloc[(len(commonest) - 1) // 2]["reward"]
-    away = pd.DataFrame({"reward": (commonest["reward"] - middle).abs(), "run": commonest["run"]})
     cycle = commonest.get("cycle_duration", pd.Series(np.nan, commonest.index))
-    away.insert(0, "cycle", (cycle - cycle.median()).abs().round(CYCLE_DIGITS))
-    nearest = away.sort_values(["cycle", "reward"], kind="stable", na_position="last")
-    return finished[nearest.iloc[0]["run"]]
+    away = pd.DataFrame({
+        "cycle": (cycle - cycle.median()).abs().round(CYCLE_DIGITS),
+        "reward": (commonest["reward"] - middle).abs(),
+    })  # fmt: skip
+    return commonest.loc[away.sort_values(["cycle", "reward"], kind="stable", na_position="last").index[0]]
