@@ -17,7 +17,7 @@ from rich.progress import track
 
 from agents.checked import checked_observation, checked_table, number, require
 from agents.loop import greedy, learn_on_crawler, update
-from agents.stepping import Environment, Step, require_single, reset, step
+from agents.stepping import Environment, Step, crawler_in, require_single, reset, shape_of, start_of, step
 from agents.watched import Callback, Watched
 from crawler_bench.envs.crawler import CrawlerEnv
 from crawler_bench.envs.randomness import live_state
@@ -75,18 +75,19 @@ class QLearning(Watched):
         agent_seed, env_seed, tie_seed = np.random.SeedSequence(seed).spawn(3)
         self.rng = np.random.default_rng(agent_seed)
         self._env_seed = int(env_seed.generate_state(1)[0]) if seed is not None else None
+        self._rng_state = live_state(self.rng)
         self.prediction_rng = np.random.default_rng(tie_seed)  # asking for an action leaves learning as it is
         self.observation: int | None = None
         self.q_table: NDArray[np.float64] = np.empty((0, 0))
         self.env: Environment | None = None
         if env is not None:
             self.set_env(env)
-            self.q_table = np.full(_shape(env), self.initial_q)
+            self.q_table = np.full(shape_of(env), self.initial_q)
 
     def set_env(self, env: Environment) -> None:
         """Learn in another environment of the same spaces from now on; it is reset first."""
         require_single(env)
-        shape = _shape(env)
+        shape = shape_of(env)
         if self.q_table.size and shape != self.q_table.shape:
             raise ValueError(f"the table is {self.q_table.shape}, the environment needs {shape}")
         self.env, self._vec_env = env, None
@@ -95,12 +96,14 @@ class QLearning(Watched):
     @property
     def observation_space(self) -> gym.spaces.Space[Any]:
         """Of the environment; without one, the rows of the table."""
-        return self.env.observation_space if self.env else gym.spaces.Discrete(self.q_table.shape[0])
+        return (
+            self.env.observation_space if self.env is not None else gym.spaces.Discrete(self.q_table.shape[0])
+        )
 
     @property
     def action_space(self) -> gym.spaces.Space[Any]:
         """Of the environment; without one, the columns of the table."""
-        return self.env.action_space if self.env else gym.spaces.Discrete(self.q_table.shape[1])
+        return self.env.action_space if self.env is not None else gym.spaces.Discrete(self.q_table.shape[1])
 
     @property
     def policy(self) -> NDArray[np.int64]:
@@ -162,8 +165,9 @@ class QLearning(Watched):
             raise ValueError("this agent has no environment yet: call set_env first")
         if self.observation is None:
             first, self._env_seed = reset(self.env, self._env_seed), None  # which holds for one reset
-            self.observation = int(first) - _start(self.env.observation_space)
-        shape = _shape(self.env)
+            self.observation = int(first) - start_of(self.env.observation_space)
+        self._rng_state = live_state(self.rng)
+        shape = shape_of(self.env)
         self.q_table = np.ascontiguousarray(self.q_table, dtype=np.float64)
         if self.q_table.shape != shape:
             raise ValueError(f"the table is {self.q_table.shape}, the environment needs {shape}")
@@ -178,8 +182,8 @@ class QLearning(Watched):
         assert self.env is not None
         assert self.observation is not None
         Q, o = self.q_table, self.observation
-        first_o, first_a = _start(self.env.observation_space), _start(self.env.action_space)
-        a = greedy(Q[o], live_state(self.rng))
+        first_o, first_a = start_of(self.env.observation_space), start_of(self.env.action_space)
+        a = greedy(Q[o], self._rng_state)
         made = step(self.env, a + first_a)
         o_next = int(made.outcome) - first_o
         no_future = made.terminated or (made.truncated and self.end_is_terminal)
@@ -194,7 +198,7 @@ class QLearning(Watched):
         crawler: Any = self.env.unwrapped
         self.observation = learn_on_crawler(
             self.q_table, self.observation, n_decisions, self.learning_rate, self.discount,
-            self.end_is_terminal, live_state(self.rng), crawler.memory, crawler.task, crawler.generator_state,
+            self.end_is_terminal, self._rng_state, crawler.memory, crawler.task, crawler.generator_state,
         )  # fmt: skip
 
     def _runs_compiled(self) -> bool:
@@ -222,8 +226,8 @@ class QLearning(Watched):
         Returns:
             Actions of the same shape, and the state.
         """
-        start_o = _start(self.env.observation_space) if self.env else 0
-        start_a = _start(self.env.action_space) if self.env else 0
+        start_o = start_of(self.env.observation_space) if self.env is not None else 0
+        start_a = start_of(self.env.action_space) if self.env is not None else 0
         seen = np.asarray(observation, dtype=np.int64)
         rng = live_state(self.prediction_rng)
         chosen = [greedy(self.q_table[o - start_o], rng) + start_a for o in seen.ravel()]
@@ -231,7 +235,7 @@ class QLearning(Watched):
 
     def save(self, path: str | Path) -> None:
         """Write everything that decides the future as JSON, a crawler in mid-episode included."""
-        crawler = _crawler(self.env)
+        crawler = crawler_in(self.env)
         content = {
             "agent": "qlearning",
             **{name: getattr(self, name) for name in _SAVED},
@@ -268,31 +272,12 @@ class QLearning(Watched):
     def _go_on(self, env: Environment, observation: Any, snapshot: dict[str, Any] | None) -> None:
         """Put a crawler where the saved one was; any other environment starts from a reset."""
         self.set_env(env)
-        crawler = _crawler(env)
+        crawler = crawler_in(env)
         if snapshot is not None and crawler is not None:
             reset(env)  # wrappers want one before the first step
             crawler.set_state(snapshot)
             if observation is not None:
                 self.observation = checked_observation(observation, len(self.q_table))
-
-
-def _crawler(env: Environment | None) -> CrawlerEnv | None:
-    """The crawler in an environment, or in a vector of one that steps it as an object."""
-    inner: Any = env.unwrapped if env is not None else None
-    if inner is not None and not isinstance(inner, gym.Env) and hasattr(inner, "envs"):
-        inner = inner.envs[0].unwrapped
-    return inner if isinstance(inner, CrawlerEnv) else None
-
-
-def _shape(env: Environment) -> tuple[int, int]:
-    observations, actions = env.observation_space, env.action_space
-    if not (isinstance(observations, gym.spaces.Discrete) and isinstance(actions, gym.spaces.Discrete)):
-        raise ValueError(f"a table needs Discrete spaces; this environment has {observations} and {actions}")
-    return int(observations.n), int(actions.n)
-
-
-def _start(space: Any) -> int:
-    return int(space.start)
 
 
 def _chunks(done: int, total: int, interval: int) -> list[int]:

@@ -5,6 +5,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Union
 import gymnasium as gym
 import numpy as np
 
+from crawler_bench.envs.crawler import CrawlerEnv
+
 if TYPE_CHECKING:  # it loads torch, which a table does not need
     from stable_baselines3.common.vec_env import VecEnv
 
@@ -34,7 +36,7 @@ def reset(env: Environment, seed: int | None = None) -> Any:
         return env.reset(seed=seed)[0]
     if seed is not None:
         env.seed(seed)
-    return env.reset()[0]  # type: ignore[index,call-overload]
+    return env.reset()[0]  # type: ignore[index]
 
 
 def step(env: Environment, action: int) -> Step:
@@ -46,5 +48,26 @@ def step(env: Environment, action: int) -> Step:
     observations, rewards, dones, infos = env.step(np.array([action]))
     done, info = bool(dones[0]), infos[0]
     truncated = done and bool(info.get("TimeLimit.truncated", False))
-    outcome = info["terminal_observation"] if done else observations[0]  # type: ignore[index,call-overload]
-    return Step(outcome, observations[0], float(rewards[0]), done and not truncated, truncated, info)  # type: ignore[index,call-overload]
+    outcome = info["terminal_observation"] if done else observations[0]  # type: ignore[index]
+    return Step(outcome, observations[0], float(rewards[0]), done and not truncated, truncated, info)  # type: ignore[index]
+
+
+def crawler_in(env: Environment | None) -> CrawlerEnv | None:
+    """The crawler in an environment, or in a vector of one that steps it as an object."""
+    inner: Any = env.unwrapped if env is not None else None
+    if inner is not None and not isinstance(inner, gym.Env) and hasattr(inner, "envs"):
+        inner = inner.envs[0].unwrapped
+    return inner if isinstance(inner, CrawlerEnv) else None
+
+
+def shape_of(env: Environment) -> tuple[int, int]:
+    """Numbers of observations and actions; raises a ValueError unless they are Discrete."""
+    observations, actions = env.observation_space, env.action_space
+    if not (isinstance(observations, gym.spaces.Discrete) and isinstance(actions, gym.spaces.Discrete)):
+        raise ValueError(f"a table needs Discrete spaces; this environment has {observations} and {actions}")
+    return int(observations.n), int(actions.n)
+
+
+def start_of(space: Any) -> int:
+    """The lowest value of a Discrete space."""
+    return int(space.start)

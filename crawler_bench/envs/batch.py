@@ -92,8 +92,10 @@ class CrawlerBatch:
         self._max_decisions = np.iinfo(np.int64).max if max_decisions is None else max_decisions
         time_limits = _each("time_limit", time_limit, num_envs)
         limits = [most_decisions(*each) for each in zip(given, time_limits, strict=True)]
-        known = [max_decisions, None if None in limits else max(limits)]
-        self.most_decisions = min((each for each in known if each is not None), default=None)
+        counts = [each for each in limits if each is not None]
+        longest = max(counts) if len(counts) == num_envs else None
+        known = [each for each in (max_decisions, longest) if each is not None]
+        self.most_decisions = min(known, default=None)
         self.begun = False
 
     @property

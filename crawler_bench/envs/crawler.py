@@ -131,7 +131,7 @@ class CrawlerEnv(gym.Env[np.int64, np.int64]):
         self._begun = False
 
     @property
-    def spec(self) -> EnvSpec | None:  # type: ignore[override]
+    def spec(self) -> EnvSpec | None:
         """As `gym.make` has set it, with the longest episode in it."""
         return self._spec
 

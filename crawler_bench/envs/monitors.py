@@ -74,7 +74,7 @@ class EpisodeReports:
         """Count a decision of each crawler, and report the episodes that ended in their infos."""
         self._returns += rewards
         self._lengths += 1
-        for i in dones.nonzero()[0]:
+        for i in dones.nonzero()[0].tolist():
             self._report(self._monitors[i], float(self._returns[i]), int(self._lengths[i]), infos[i])
         self._returns[dones], self._lengths[dones] = 0.0, 0
 

@@ -5,7 +5,7 @@ Only this module of the environments and `monitors` need Stable-Baselines3.
 
 import copy
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, cast
 
 import gymnasium as gym
 import numpy as np
@@ -17,13 +17,14 @@ from stable_baselines3.common.vec_env.base_vec_env import VecEnvIndices
 
 from crawler_bench import ENV_ID
 from crawler_bench.envs.batch import CENTROID, REWARD, CrawlerBatch
-from crawler_bench.envs.crawler import CrawlerEnv
 from crawler_bench.envs.monitors import EnvMakers, EpisodeReports, unwrap
 from crawler_bench.envs.specification import with_longest_episode
 from crawler_bench.envs.transition import make_task, most_decisions
 from crawler_bench.physics.parameters import CrawlerParameters
 
 Info = dict[str, Any]
+Numbers = float | Sequence[float]
+Settings = tuple[Numbers, Numbers, Numbers, Numbers]
 SETTINGS = ("regularization", "noise", "episode_distance", "time_limit")
 
 
@@ -68,11 +69,12 @@ class CrawlerVecEnv(VecEnv):
         time_limit: float | Sequence[float] = 1000.0,
         render_mode: str | None = None,
     ) -> None:
-        given: tuple[float | Sequence[float], ...] = (regularization, noise, episode_distance, time_limit)
+        given: Settings = (regularization, noise, episode_distance, time_limit)
         self._reports: EpisodeReports | None = None
         if isinstance(num_envs, Sequence):
             crawlers, monitors = unwrap(num_envs)
-            parameters, given = [each.parameters for each in crawlers], _columns(crawlers)
+            parameters = [each.parameters for each in crawlers]
+            given = cast(Settings, tuple(map(list, zip(*(each.settings for each in crawlers), strict=True))))
             num_envs, render_mode = len(crawlers), crawlers[0].render_mode if crawlers else None
             self._reports = EpisodeReports(monitors) if monitors else None
         if render_mode not in (None, "rgb_array"):
@@ -128,7 +130,7 @@ class CrawlerVecEnv(VecEnv):
         rewards, dones = crawlers.outcome[:, REWARD].copy(), crawlers.ended.copy()
         infos: list[Info] = [{} for _ in range(self.num_envs)]
         if n_ended:
-            for i in dones.nonzero()[0]:
+            for i in dones.nonzero()[0].tolist():
                 infos[i] = self._last_info(i)
             crawlers.begin(dones)
         if self._reports is not None:
@@ -216,8 +218,3 @@ class CrawlerVecEnv(VecEnv):
         """No crawler is wrapped; where `make_vec_env` asks for a `Monitor`, its reports are given."""
         monitored = self._reports is not None and issubclass(Monitor, wrapper_class)
         return [monitored for _ in self._get_indices(indices)]
-
-
-def _columns(crawlers: Sequence[CrawlerEnv]) -> tuple[list[float], ...]:
-    """One list for each number of the task."""
-    return tuple(list(column) for column in zip(*(each.settings for each in crawlers), strict=True))

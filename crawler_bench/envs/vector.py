@@ -86,7 +86,7 @@ class CrawlerVectorEnv(VectorEnv[Any, Any, Any]):
         self._seeded = False
 
     @property
-    def spec(self) -> EnvSpec | None:  # type: ignore[override]
+    def spec(self) -> EnvSpec | None:
         """As `gym.make_vec` has set it, with the longest episode of any crawler in it."""
         return self._spec
 
