@@ -25,8 +25,11 @@ import crawler_bench
 from agents.qlearning import QLearning
 from crawler_bench.envs.crawler import CrawlerEnv
 from crawler_bench.envs.sb3 import CrawlerVecEnv
+from crawler_bench.physics import CrawlerParameters
 
-SHORT: dict[str, Any] = {"time_limit": 4.0, "episode_distance": 2.0}  # episodes of 20 decisions
+SHORT: dict[str, Any] = {  # episodes of 20 decisions
+    "parameters": CrawlerParameters(decision_interval=0.2), "time_limit": 4.0, "episode_distance": 2.0,
+}  # fmt: skip
 
 
 def crawler(**arguments: Any) -> gym.Env[Any, Any]:

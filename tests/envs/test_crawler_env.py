@@ -292,7 +292,7 @@ def test_a_step_before_a_reset_is_refused() -> None:
 @pytest.mark.parametrize(
     ("arguments", "longest"),
     [
-        ({"time_limit": 6.0}, 30),
+        ({"time_limit": 6.0, "parameters": CrawlerParameters(decision_interval=0.2)}, 30),
         ({"time_limit": 6.0, "parameters": CrawlerParameters(decision_interval=0.3)}, 20),
         ({"time_limit": math.inf}, None),
     ],

@@ -22,6 +22,7 @@ from crawler_bench.envs.sb3 import CrawlerVecEnv
 from crawler_bench.envs.transition import DISTANCE, TIME
 from crawler_bench.physics import CrawlerParameters
 
+TICKS = CrawlerParameters(decision_interval=0.2)
 SETTINGS: dict[str, Any] = {
     "noise": [0.0, 0.1, 0.2], "time_limit": [20.0, 35.0, 50.0], "episode_distance": [2.0, 0.02, 0.05],
 }  # fmt: skip
@@ -125,7 +126,7 @@ def test_impossible_actions_are_refused(actions: list[float]) -> None:
 
 
 def test_a_monitor_counts_its_episodes() -> None:
-    vec = VecMonitor(CrawlerVecEnv(2, time_limit=[1.0, 2.0]))
+    vec = VecMonitor(CrawlerVecEnv(2, TICKS, time_limit=[1.0, 2.0]))
     vec.reset()
     lengths: list[list[int]] = [[], []]
     for _ in range(20):
@@ -141,7 +142,7 @@ def test_it_is_what_make_vec_env_makes_of_single_crawlers(tmp_path: Path) -> Non
     for vec_env_cls in (CrawlerVecEnv, DummyVecEnv):
         vec = make_vec_env(
             crawler_bench.ENV_ID, 3, seed=5, vec_env_cls=vec_env_cls,  # type: ignore[arg-type]
-            env_kwargs={"time_limit": 3.0, "noise": 0.1}, monitor_dir=str(tmp_path / vec_env_cls.__name__),
+            env_kwargs={"time_limit": 3.0, "noise": 0.1, "parameters": TICKS}, monitor_dir=str(tmp_path / vec_env_cls.__name__),
             monitor_kwargs={"info_keywords": ("end", "centroid")},
         )  # fmt: skip
         steps, observation = [], vec.reset()
@@ -151,7 +152,7 @@ def test_it_is_what_make_vec_env_makes_of_single_crawlers(tmp_path: Path) -> Non
             kept = [{key: value for key, value in each.items() if key != "t"} for each in episodes]
             steps.append((observation.tolist(), rewards.tolist(), dones.tolist(), kept))
         assert (
-            evaluate_policy(QLearning(CrawlerEnv()), vec, 3)[0] != 0
+            evaluate_policy(QLearning(CrawlerEnv(), seed=0), vec, 3)[0] != 0
         )  # without a warning that there is no monitor
         assert vec.get_attr("spec")[0].max_episode_steps == 15
         assert isinstance(vec, vec_env_cls)
@@ -197,7 +198,7 @@ def test_crawlers_are_drawn_on_one_picture() -> None:
 
 
 def test_the_specification_makes_the_same_crawler() -> None:
-    vec = CrawlerVecEnv(2, time_limit=[4.0, 2.0], noise=0.1)
+    vec = CrawlerVecEnv(2, TICKS, time_limit=[4.0, 2.0], noise=0.1)
     vec.set_attr("regularization", 0.7, [1])
     spec = vec.get_attr("spec", 1)[0]
     assert spec.max_episode_steps == 10
