@@ -142,7 +142,8 @@ def test_it_is_what_make_vec_env_makes_of_single_crawlers(tmp_path: Path) -> Non
     for vec_env_cls in (CrawlerVecEnv, DummyVecEnv):
         vec = make_vec_env(
             crawler_bench.ENV_ID, 3, seed=5, vec_env_cls=vec_env_cls,  # type: ignore[arg-type]
-            env_kwargs={"time_limit": 3.0, "noise": 0.1, "parameters": TICKS}, monitor_dir=str(tmp_path / vec_env_cls.__name__),
+            env_kwargs={"time_limit": 3.0, "noise": 0.1, "parameters": TICKS},
+            monitor_dir=str(tmp_path / vec_env_cls.__name__),
             monitor_kwargs={"info_keywords": ("end", "centroid")},
         )  # fmt: skip
         steps, observation = [], vec.reset()
