@@ -188,13 +188,14 @@ def test_crawlers_are_drawn_on_one_picture() -> None:
     vec.seed(0)
     vec.reset()
     single.reset(seed=3)
-    for _ in range(3):
-        vec.step(np.array([1, 1, 1, 2]))
-        single.step(2)
+    for action in [*range(9, -1, -1)] * 5:
+        vec.step(np.array([0, 0, 0, action]))
+        single.step(action)
     images, picture, alone = vec.get_images(), vec.render(), single.render()
     assert picture is not None
     assert alone is not None
     np.testing.assert_array_equal(images[3], alone)
+    assert (images[2] != alone).any()
     np.testing.assert_array_equal(picture[alone.shape[0] :, alone.shape[1] :], alone)
 
 

@@ -151,7 +151,7 @@ def test_it_is_drawn_as_single_crawlers_are() -> None:
     vector, single = CrawlerVectorEnv(2, render_mode="rgb_array"), CrawlerEnv(render_mode="rgb_array")
     vector.reset(seed=0)
     single.reset(seed=1)
-    for action in (3, 4, 5):
+    for action in [*range(9, -1, -1)] * 5:
         vector.step([0, action])
         single.step(action)
     pictures = vector.render()
