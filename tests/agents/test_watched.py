@@ -6,6 +6,7 @@ from typing import Any
 
 import gymnasium as gym
 import numpy as np
+import pandas as pd
 import pytest
 from stable_baselines3.common.callbacks import (
     BaseCallback,
@@ -17,7 +18,7 @@ from stable_baselines3.common.callbacks import (
     StopTrainingOnNoModelImprovement,
     StopTrainingOnRewardThreshold,
 )
-from stable_baselines3.common.logger import configure, read_csv
+from stable_baselines3.common.logger import configure
 from stable_baselines3.common.monitor import Monitor
 from stable_baselines3.common.vec_env import DummyVecEnv, VecEnv, VecNormalize
 
@@ -134,7 +135,7 @@ def test_the_log_has_a_point_every_few_episodes(tmp_path: Path) -> None:
     agent = QLearning(crawler(), seed=0)
     agent.set_logger(configure(str(tmp_path), ["csv"]))
     agent.learn(205, log_interval=5)
-    log = read_csv(str(tmp_path / "progress.csv"))
+    log = pd.read_csv(tmp_path / "progress.csv")
     assert log["time/total_timesteps"].tolist() == [100, 200]
     assert log["time/episodes"].tolist() == [5, 10]
     assert log["rollout/ep_len_mean"].tolist() == [20, 20]
