@@ -135,6 +135,7 @@ def test_the_log_has_a_point_every_few_episodes(tmp_path: Path) -> None:
     agent = QLearning(crawler(), seed=0)
     agent.set_logger(configure(str(tmp_path), ["csv"]))
     agent.learn(205, log_interval=5)
+    agent.logger.close()
     log = pd.read_csv(tmp_path / "progress.csv")
     assert log["time/total_timesteps"].tolist() == [100, 200]
     assert log["time/episodes"].tolist() == [5, 10]
