@@ -41,7 +41,7 @@ class CrawlerVectorEnv(VectorEnv[Any, Any, Any]):
         autoreset_mode: when a crawler whose episode has ended is reset: with the next step, within the same
             step (its last observation and info then stand in `infos["final_obs"]` and `infos["final_info"]`),
             or by `reset(options={"reset_mask": ended})` alone.
-        max_episode_steps: truncate an episode after so many decisions, as `gym.make` does for one crawler.
+        max_episode_steps: decisions after which an episode is truncated, as `gym.make` does for one crawler.
 
     Raises:
         ValueError: if an argument is not possible.
