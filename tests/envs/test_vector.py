@@ -268,7 +268,7 @@ def test_impossible_actions_are_refused_in_one_line(actions: Any) -> None:
         ({"noise": [0.1, -0.1]}, "noise = -0.1 is not possible"),
         ({"time_limit": 0.0}, "time_limit = 0.0 is not possible"),
         ({"parameters": [CrawlerParameters(), CrawlerParameters(n_segments=3)]}, "the same n_segments"),
-        ({"render_mode": "human"}, "render_mode = 'human' is not possible: .* HumanRendering"),
+        ({"render_mode": "human"}, "render_mode = 'human' is not possible: .*HumanRendering"),
         ({"num_envs": 2.5}, "num_envs = 2.5 is not possible"),
         ({"regularization": "0.1"}, "regularization = '0.1' is not possible"),
         ({"episode_distance": [1.0, None]}, "episode_distance = None is not possible"),
