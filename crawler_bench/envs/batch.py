@@ -57,8 +57,8 @@ class CrawlerBatch:
         num_envs: int,
         regularization: float | Sequence[float] = 0.01,
         noise: float | Sequence[float] = 0.0,
-        episode_distance: float | Sequence[float] = 2.0,
-        time_limit: float | Sequence[float] = 1000.0,
+        episode_distance: float | Sequence[float] = 5.97,
+        time_limit: float | Sequence[float] = 4000.0,
         max_decisions: int | None = None,
     ) -> None:
         require_count("num_envs", num_envs)

@@ -92,8 +92,8 @@ class CrawlerEnv(gym.Env[np.int64, np.int64]):
     * `parameters`: `CrawlerParameters`, default the readings that `CrawlerParameters()` documents.
     * `regularization`: epsilon of eq. 11, at least 0, default 0.01.
     * `noise`: s, at least 0, default 0.
-    * `episode_distance`: L, above 0 (infinity allowed), default 2.
-    * `time_limit`: tau_theta, above 0 (infinity allowed), default 1000.
+    * `episode_distance`: L, above 0 (infinity allowed), default 5.97.
+    * `time_limit`: tau_theta, above 0 (infinity allowed), default 4000.
     * `render_mode`: `None`, `"rgb_array"` or `"human"`.
 
     ## Version History
@@ -108,8 +108,8 @@ class CrawlerEnv(gym.Env[np.int64, np.int64]):
         parameters: CrawlerParameters | None = None,
         regularization: float = 0.01,
         noise: float = 0.0,
-        episode_distance: float = 2.0,
-        time_limit: float = 1000.0,
+        episode_distance: float = 5.97,
+        time_limit: float = 4000.0,
         render_mode: str | None = None,
     ) -> None:
         if render_mode is not None and render_mode not in self.metadata["render_modes"]:

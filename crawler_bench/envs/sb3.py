@@ -65,8 +65,8 @@ class CrawlerVecEnv(VecEnv):
         parameters: CrawlerParameters | Sequence[CrawlerParameters] | None = None,
         regularization: float | Sequence[float] = 0.01,
         noise: float | Sequence[float] = 0.0,
-        episode_distance: float | Sequence[float] = 2.0,
-        time_limit: float | Sequence[float] = 1000.0,
+        episode_distance: float | Sequence[float] = 5.97,
+        time_limit: float | Sequence[float] = 4000.0,
         render_mode: str | None = None,
     ) -> None:
         given: Settings = (regularization, noise, episode_distance, time_limit)
