@@ -1,5 +1,6 @@
 """Measure a trained policy, frozen: from several starts, and under several amplitudes of noise."""
 
+import hashlib
 import time
 import zipfile
 from dataclasses import dataclass
@@ -16,7 +17,7 @@ from crawler_bench.gait.record import Record
 from crawler_bench.gait.rollout import rollout
 from crawler_bench.runs import store
 from crawler_bench.runs.policy_table import action_table, probabilities
-from crawler_bench.runs.training import load_agent
+from crawler_bench.runs.training import agent_file, load_agent
 
 
 @dataclass(frozen=True)
@@ -51,7 +52,7 @@ def evaluate(folder: Path, config: EvaluationConfig | None = None) -> Path:
     """
     run, seed = store.read_run(folder)
     config = config or run.evaluation
-    place = folder / f"evaluation-{store.evaluation_key(config)}"
+    place = evaluation_folder(folder, config)
     if (place / store.MANIFEST).is_file():
         return place
     started = time.time()
@@ -64,6 +65,17 @@ def evaluate(folder: Path, config: EvaluationConfig | None = None) -> Path:
         np.savez_compressed(draft / "gait.npz", **vars(evaluation.gait))
         store.write_manifest(draft, started)
     return place
+
+
+def evaluation_folder(folder: Path, config: EvaluationConfig) -> Path:
+    """Where an evaluation of a run is kept: named by how it measures, and by the agent's file as it is now.
+
+    An agent's file that somebody has changed is measured again; what the old one did is not shown as its own.
+    """
+    saved = agent_file(folder)
+    content = saved.read_bytes() if saved.is_file() else b""
+    key = f"{store.evaluation_key(config)}-{hashlib.sha256(content).hexdigest()[:6]}"
+    return folder / f"evaluation-{key}"
 
 
 def read_evaluation(place: Path) -> Evaluation:
