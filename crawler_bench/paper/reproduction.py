@@ -30,7 +30,6 @@ from crawler_bench.runs.sweep import Outcome, require_success, run_experiments
 from crawler_bench.runs.training import agent_file
 
 GAITS = ("regularized", "unregularized")
-EXPERIMENTS = (*GAITS, "untrained", "alpha_gamma")
 
 
 @dataclass(frozen=True)

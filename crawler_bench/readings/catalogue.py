@@ -8,7 +8,8 @@ import itertools
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from crawler_bench.config.schema import EnvironmentConfig, RunConfig, nearest, override, to_mapping
+from crawler_bench.config.errors import ConfigError, nearest
+from crawler_bench.config.schema import EnvironmentConfig, RunConfig, override, to_mapping
 from crawler_bench.readings.fields import (
     FIELDS,
     GIVEN,
@@ -189,9 +190,9 @@ def find_reading(name: str, among: tuple[Reading, ...]) -> Reading:
     """The reading of a name.
 
     Raises:
-        ValueError: if there is none, suggesting the nearest.
+        ConfigError: if there is none, suggesting the nearest.
     """
     for reading in among:
         if reading.name == name:
             return reading
-    raise ValueError(f"no reading is called {name!r}{nearest(name, [each.name for each in among])}")
+    raise ConfigError(f"no reading is called {name!r}{nearest(name, [each.name for each in among])}")

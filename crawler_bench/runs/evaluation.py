@@ -3,6 +3,7 @@
 import hashlib
 import time
 import zipfile
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -40,12 +41,17 @@ class Evaluation:
     gait: Record
 
 
-def evaluate(folder: Path, config: EvaluationConfig | None = None) -> Path:
+def evaluate(
+    folder: Path,
+    config: EvaluationConfig | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> Path:
     """Evaluate a trained run, unless it has been done.
 
     Args:
         folder: the run.
         config: how; by default as the run's own configuration says.
+        progress: is told how many crawls are done.
 
     Returns:
         The folder of the evaluation, inside the run's.
@@ -57,7 +63,7 @@ def evaluate(folder: Path, config: EvaluationConfig | None = None) -> Path:
         return place
     started = time.time()
     table = action_table(load_agent(folder, run), run.parameters.n_segments, config.mode)
-    evaluation = measure(run, seed, table, config)
+    evaluation = measure(run, seed, table, config, progress)
     with store.publish(place) as draft:
         np.savetxt(draft / "table.csv", evaluation.table, delimiter=",", fmt="%.17g")
         for name in ("starts", "cycles", "nodes"):
@@ -94,7 +100,13 @@ def read_evaluation(place: Path) -> Evaluation:
     return Evaluation(table, starts, cycles, nodes, gait)
 
 
-def measure(run: RunConfig, seed: int, table: NDArray[np.float64], config: EvaluationConfig) -> Evaluation:
+def measure(
+    run: RunConfig,
+    seed: int,
+    table: NDArray[np.float64],
+    config: EvaluationConfig,
+    progress: Callable[[float], None] | None = None,
+) -> Evaluation:
     """Roll a policy out from every start under every noise, and take its measure."""
 
     def crawl(start: int, noise: float, duration: float) -> Record:
@@ -128,6 +140,8 @@ def measure(run: RunConfig, seed: int, table: NDArray[np.float64], config: Evalu
                 nodes += [(start, j, peaks[j], durations[j]) for j in range(peaks.size)]
                 gaits.append((stalled, start, gait))
             rows.append(row)
+            if progress is not None:
+                progress(len(rows))
     return Evaluation(
         table,
         pd.DataFrame(rows),

@@ -15,7 +15,8 @@ from pathlib import Path
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
-from crawler_bench.config.schema import ConfigError, RunConfig
+from crawler_bench.config.errors import ConfigError
+from crawler_bench.config.schema import RunConfig
 from crawler_bench.runs import store
 from crawler_bench.runs.agent import agent_class, is_stable_baselines
 from crawler_bench.runs.evaluation import evaluation_folder
@@ -145,6 +146,11 @@ class SweepProgress:
             crawls = config.evaluation.starts * len(config.evaluation.noise)
             costs.append((training, crawls * PER_CRAWL))
         return costs
+
+
+def seconds_to_train(root: Path, config: RunConfig) -> float:
+    """About how long one run takes to train, by what finished runs of its agent took."""
+    return config.decisions * _seconds_per_decision(root, config.agent)
 
 
 def _seconds_per_decision(root: Path, agent: str) -> float:

@@ -9,7 +9,8 @@ from pathlib import Path
 from joblib import Parallel, delayed
 from rich.console import Console
 
-from crawler_bench.config.schema import ConfigError, Experiment, RunConfig
+from crawler_bench.config.errors import ConfigError, explain
+from crawler_bench.config.schema import Experiment, RunConfig
 from crawler_bench.runs import store
 from crawler_bench.runs.agent import agent_class
 from crawler_bench.runs.evaluation import evaluate
@@ -95,7 +96,7 @@ def run_cell(cell: Cell, root: Path) -> Outcome:
 
 def _say_error(error: Exception) -> str:
     known = isinstance(error, OSError | ConfigError)
-    return store.explain(error) if known else f"{type(error).__name__}: {store.explain(error)}"
+    return explain(error) if known else f"{type(error).__name__}: {explain(error)}"
 
 
 def run_cells(cells: Sequence[Cell], root: Path, *, jobs: int = 0, quiet: bool = False) -> list[Outcome]:

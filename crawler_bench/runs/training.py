@@ -2,6 +2,7 @@
 
 import inspect
 import time
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +11,8 @@ import numpy as np
 import pandas as pd
 
 import crawler_bench
-from crawler_bench.config.schema import ConfigError, RunConfig, nearest
+from crawler_bench.config.errors import ConfigError, nearest
+from crawler_bench.config.schema import RunConfig
 from crawler_bench.gait.metrics import policy_text
 from crawler_bench.runs import store
 from crawler_bench.runs.agent import Agent, agent_class, is_stable_baselines
@@ -84,14 +86,14 @@ def agent_file(folder: Path) -> Path:
     return saved[0] if saved else folder / "agent.json"
 
 
-def train(config: RunConfig, seed: int, root: Path, progress_bar: bool = False) -> Path:
+def train(config: RunConfig, seed: int, root: Path, progress: Callable[[float], None] | None = None) -> Path:
     """Train a run, unless it is there already.
 
     Args:
         config: the run.
         seed: of agent and environment.
         root: folder of run folders.
-        progress_bar: show one.
+        progress: is told the number of decisions that are done, as often as the agent calls back.
 
     Returns:
         The run's folder: config.yaml, command.txt, manifest.json, learning.csv, the saved agent and, for an
@@ -101,7 +103,7 @@ def train(config: RunConfig, seed: int, root: Path, progress_bar: bool = False) 
     if store.is_run(folder):
         return folder
     started = time.time()
-    agent, recorder = learn(config, seed, progress_bar)
+    agent, recorder = learn(config, seed, progress)
     with store.publish(folder) as draft:
         store.write_config(draft, config, seed)
         store.write_command(draft)
@@ -116,14 +118,17 @@ def train(config: RunConfig, seed: int, root: Path, progress_bar: bool = False) 
 
 
 def learn(
-    config: RunConfig, seed: int, progress_bar: bool = False, interval: int = CURVE_INTERVAL
+    config: RunConfig,
+    seed: int,
+    progress: Callable[[float], None] | None = None,
+    interval: int = CURVE_INTERVAL,
 ) -> tuple[Agent, "LearningRecorder"]:
     """Train a run in memory.
 
     Args:
         config: the run.
         seed: of agent and environment.
-        progress_bar: show one.
+        progress: is told the number of decisions that are done, as often as the agent calls back.
         interval: decisions between two points of the learning curve.
 
     Returns:
@@ -131,9 +136,9 @@ def learn(
     """
     env = make_env(config)
     agent = make_agent(config, env, seed)
-    recorder = LearningRecorder(env, agent, config.decisions, interval)
+    recorder = LearningRecorder(env, agent, config.decisions, interval, progress)
     recorder.record(agent)
-    agent.learn(config.decisions, callback=recorder, progress_bar=progress_bar)
+    agent.learn(config.decisions, callback=recorder, progress_bar=False)
     recorder.record(agent, last=True)
     return agent, recorder
 
@@ -145,7 +150,15 @@ class LearningRecorder:
     decision.
     """
 
-    def __init__(self, env: Any, agent: Agent, decisions: int, interval: int = CURVE_INTERVAL) -> None:
+    def __init__(
+        self,
+        env: Any,
+        agent: Agent,
+        decisions: int,
+        interval: int = CURVE_INTERVAL,
+        progress: Callable[[float], None] | None = None,
+    ) -> None:
+        self._progress = progress
         self._crawler: Any = env.unwrapped
         self._n = int(env.observation_space.n)
         self._gradient_updates = 0
@@ -162,6 +175,8 @@ class LearningRecorder:
         done = local["self"].num_timesteps
         if not self._rows or done - self._rows[-1][0] >= self._interval:
             self.record(local["self"])
+            if self._progress is not None:
+                self._progress(done)
         return True
 
     def _count_update(self, *_: Any) -> None:
