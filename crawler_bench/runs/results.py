@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -125,6 +126,11 @@ def typical_run(runs: pd.DataFrame, outcomes: Sequence[Outcome]) -> Outcome:
     rows = runs[runs["run"].isin(list(finished))].drop_duplicates("run") if finished else runs
     if not finished:
         raise RuntimeError("no run succeeded: there is nothing to show")
-    shared = rows["policy"].map(rows["policy"].value_counts())
-    commonest = rows[shared == shared.max()].sort_values(["reward", "seed"])
-    return finished[commonest.iloc[(len(commonest) - 1) // 2]["run"]]
+    return finished[typical_row(rows)["run"]]
+
+
+def typical_row(runs: pd.DataFrame) -> "pd.Series[Any]":
+    """The row of the run to show: of those with the commonest policy, the median one by reward."""
+    shared = runs["policy"].map(runs["policy"].value_counts())
+    commonest = runs[shared == shared.max()].sort_values(["reward", "seed"])
+    return commonest.iloc[(len(commonest) - 1) // 2]
