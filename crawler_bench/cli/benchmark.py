@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from crawler_bench.cli import names
-from crawler_bench.cli.console import conclude, console, logger, print_frame, say_if_cold, starting
+from crawler_bench.cli.console import conclude, console, logger, print_frame, starting
 from crawler_bench.cli.options import (
     RUNS,
     Jobs,
@@ -69,7 +69,6 @@ def benchmark(
         from crawler_bench.benchmark.results import overview, write_benchmark
 
         entries = _entries(preset, only or [], agent or [], seeds, set_ or [])
-    say_if_cold(quiet)
     found = run_benchmark(entries, runs, jobs=jobs, quiet=quiet)
     facts = write_benchmark(found, entries, folder, say=logger(quiet))
     print_frame(overview(folder))
@@ -127,7 +126,6 @@ def tune(
     with starting(f"tuning {tuning.run.agent} in {tuning.trials} trials, results in {out}", quiet):
         from crawler_bench.output.csv_files import write_csv
         from crawler_bench.runs.tuning import tune as search
-    say_if_cold(quiet)
     best, trials = search(tuning, runs, jobs=jobs, quiet=quiet, say=logger(quiet))
     out.mkdir(parents=True, exist_ok=True)
     write_csv(trials, out / f"{tuning.name}.csv")

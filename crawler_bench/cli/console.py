@@ -132,14 +132,6 @@ def phase(name: str, total: float, unit: str = "", quiet: bool = False) -> Itera
         yield advance
 
 
-def say_if_cold(quiet: bool = False) -> None:
-    """Say that the physics will be compiled first, which takes a while and happens once."""
-    from crawler_bench.physics.compiled import cache_folder
-
-    if not any(cache_folder().rglob("*.nbi")):
-        logger(quiet)("compiling the physics first, once: about half a minute")
-
-
 def conclude(written: str, smoke: bool, errors: list[str]) -> None:
     """Say what was written, and that the smoke preset proves nothing.
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from crawler_bench.cli import names
-from crawler_bench.cli.console import conclude, logger, print_claims, say_if_cold, starting
+from crawler_bench.cli.console import conclude, logger, print_claims, starting
 from crawler_bench.cli.options import (
     RUNS,
     Jobs,
@@ -60,7 +60,6 @@ def reproduce(
     ]
     with starting(f"reproducing the paper{'' if claim else f', results in {folder}'}", quiet):
         from crawler_bench.paper import reproduction
-    say_if_cold(quiet)
     found = reproduction.reproduce(experiments, runs, jobs=jobs, quiet=quiet)
     options = "".join([
         f" --preset {preset.value}" if preset is not Preset.paper else "",

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from crawler_bench.cli.console import conclude, console, logger, print_frame, say_if_cold, starting
+from crawler_bench.cli.console import conclude, console, logger, print_frame, starting
 from crawler_bench.cli.options import (
     RUNS,
     Jobs,
@@ -62,7 +62,6 @@ def readings(
         require_ours(folder, "readings", "readings.csv")
     with starting(f"running readings of the paper{'' if check or only else f', results in {folder}'}", quiet):
         from crawler_bench.readings.sizes import FULL, smoke
-    say_if_cold(quiet)
     size = smoke() if preset is Preset.smoke else FULL
     if search:
         if rounds:

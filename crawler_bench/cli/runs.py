@@ -14,7 +14,6 @@ from crawler_bench.cli.console import (
     print_frame,
     print_json,
     records,
-    say_if_cold,
     starting,
 )
 from crawler_bench.cli.options import Json, Quiet, Set, evaluation_overrides, require_folder
@@ -94,7 +93,6 @@ def _speeds(noisy: Any) -> dict[str, dict[str, float]]:
 
 
 def _measure_all(paths: Sequence[Path], overrides: dict[str, Any], quiet: bool) -> "list[Measured]":
-    say_if_cold(quiet)
     return [
         _measure(path, overrides, f"measuring {number}/{len(paths)}", quiet)
         for number, path in enumerate(paths, 1)

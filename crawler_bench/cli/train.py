@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from crawler_bench.cli import names
-from crawler_bench.cli.console import console, logger, phase, say_if_cold, starting
+from crawler_bench.cli.console import console, logger, phase, starting
 from crawler_bench.cli.options import (
     RUNS,
     Preset,
@@ -59,7 +59,6 @@ def train(
         agent_class(experiment.run.agent)
         folders = [store.run_folder(out, run, each) for run, each in runs]
     logger(quiet)(_plan(runs, folders, out))
-    say_if_cold(quiet)
     for number, (run, each) in enumerate(runs, 1):
         name = f"training {number}/{len(runs)} (seed {each})"
         silent = quiet or store.is_run(folders[number - 1])

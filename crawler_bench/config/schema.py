@@ -125,8 +125,10 @@ def parse_seeds(value: Any) -> Any:
         and len(set(value)) == len(value)
     ):
         return tuple(value)
+    twice = [str(seed) for seed in value if list(value).count(seed) > 1] if isinstance(value, list) else []
     raise ValueError(
-        f"seeds are a number of them above 0 (to {MOST_SEEDS}), a range like 100-109, or a list like 3,5,8"
+        (f"{twice[0]} stands twice: " if twice else "")
+        + f"seeds are a number of them above 0 (to {MOST_SEEDS}), a range like 100-109, or a list like 3,5,8"
     )
 
 

@@ -1,6 +1,6 @@
-"""The policies that ship with the package: the paper's two gaits, and the best one of every agent that learns.
+"""The policies that ship with the package: the paper's two gaits, and the best of every agent that learns.
 
-They are taken from results/, never typed in. After `crawler-bench reproduce` or `benchmark` have changed these:
+They are taken from results/, never typed in. When `crawler-bench reproduce` or `benchmark` has changed it:
 
     python -m crawler_bench.report.policies
 

@@ -23,7 +23,7 @@ from pathlib import Path
 from typing import Any
 
 from crawler_bench.config.files import agent_spec, read_mapping
-from crawler_bench.config.schema import EvaluationConfig, RunConfig, to_mapping, to_yaml
+from crawler_bench.config.schema import EvaluationConfig, RunConfig, build, to_mapping, to_yaml
 from crawler_bench.physics.compiled import KERNEL_HASH, source_hash
 
 MANIFEST = "manifest.json"
@@ -94,7 +94,7 @@ def read_run(folder: Path) -> tuple[RunConfig, int]:
         )
     try:
         content = read_mapping(folder / CONFIG)
-        return RunConfig.model_validate(content["run"]), int(content["seed"])
+        return build(RunConfig, content["run"], "run"), int(content["seed"])
     except (KeyError, TypeError, ValueError) as error:
         raise NotARunError(
             f"{folder / CONFIG} does not describe a run: {' '.join(str(error).split())}"

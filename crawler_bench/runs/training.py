@@ -77,7 +77,9 @@ def load_agent(folder: Path, config: RunConfig) -> Agent:
         return kind.load(path, env=env)
     except Exception as error:  # the agent may be anyone's, and so is how it fails
         reason = str(error).removeprefix(f"{path} ") if isinstance(error, ValueError) else repr(error)
-        raise store.NotARunError(f"{path} cannot be loaded: {' '.join(reason.split())}") from error
+        raise store.NotARunError(
+            f"{path} cannot be loaded: {' '.join(reason.split())}; remove the run {folder} and train it again"
+        ) from error
 
 
 def agent_file(folder: Path) -> Path:
