@@ -14,7 +14,7 @@ nothing | no such command 'nothing'; see `crawler-bench --help`
 train qlearning --sed 3 | no such option: --sed
 train qlearning --seed x | invalid value for '--seed'
 train qlearning --preset tiny | 'tiny' is not one of 'paper', 'smoke'; see `crawler-bench train --help`
-evaluate | missing argument 'RUN...'; see `crawler-bench evaluate --help`
+evaluate | missing argument `crawler-bench evaluate --help`
 train | name an agent
 train nope | no agent is called 'nope'; known are qlearning
 train qlerning | did you mean 'qlearning'?
@@ -92,11 +92,12 @@ def test_what_an_agent_refuses_is_said_in_one_line(line, desk):
 
 
 STRANGE = """
+from pathlib import Path
 from agents.reference import Random
 class Strange(Random):
     @classmethod
     def load(cls, path, env=None):
-        raise KeyError(open(path).read())
+        raise KeyError(Path(path).read_text())
 """
 
 

@@ -31,7 +31,7 @@ heavy = [name for name in {forbidden} if name in sys.modules]
 assert not heavy, heavy
 """
 PHYSICS = ("numba", "scipy.stats", "pandas", "matplotlib", "torch")
-EVERYTHING = ("numpy", "gymnasium", "pydantic", *PHYSICS)
+EVERYTHING = ("numpy", "gymnasium", *PHYSICS)
 MISSPELT = [
     ["train", "nope"], ["train", "qlearning", "--config", "nope"], ["benchmark", "--agent", "nope"],
     ["benchmark", "--only", "nope"], ["tune", "nope"], ["settings", "nope"], ["reproduce", "--claim", "nope"],
