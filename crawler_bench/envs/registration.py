@@ -1,6 +1,5 @@
 """Registering without importing: the command line answers before Gymnasium, and NumPy with it, are loaded."""
 
-import importlib.util
 import sys
 from collections.abc import Callable, Sequence
 from importlib.machinery import ModuleSpec
@@ -17,7 +16,7 @@ def once_imported(name: str, then: Callable[[], None]) -> None:
 
 
 class _Waiting:
-    """Finds one module as everyone would, once, and has a function called behind its import."""
+    """Finds one module as everyone else would, and has a function called behind its first import."""
 
     def __init__(self, name: str, then: Callable[[], None]) -> None:
         self._name, self._then = name, then
@@ -25,18 +24,20 @@ class _Waiting:
     def find_spec(
         self, name: str, path: Sequence[str] | None = None, target: ModuleType | None = None
     ) -> ModuleSpec | None:
-        """What the import system asks: where is this module?"""
+        """What the import system asks, and whoever only wants to know: where is this module?"""
         if name != self._name:
             return None
-        sys.meta_path.remove(self)
-        spec = importlib.util.find_spec(name)
+        others = (finder.find_spec(name, path, target) for finder in sys.meta_path if finder is not self)
+        spec = next((found for found in others if found is not None), None)
         if spec is not None and spec.loader is not None:
             loader: Any = spec.loader
             execute = loader.exec_module
 
             def exec_module(module: ModuleType) -> None:
                 execute(module)
-                self._then()
+                if self in sys.meta_path:
+                    sys.meta_path.remove(self)
+                    self._then()
 
             loader.exec_module = exec_module
         return spec

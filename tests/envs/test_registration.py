@@ -15,6 +15,8 @@ CODE = "import sys; sys.path.insert(0, {root!r}); {code}"
         "import crawler_bench, gymnasium; gymnasium.spec('crawler_bench/Crawler-v0')",
         "import gymnasium, crawler_bench; gymnasium.spec('crawler_bench/Crawler-v0')",
         "import crawler_bench, gymnasium.envs.registration as r; r.spec('crawler_bench/Crawler-v0')",
+        "import crawler_bench; from importlib.util import find_spec; find_spec('gymnasium'); "
+        "import gymnasium; gymnasium.spec('crawler_bench/Crawler-v0'); assert not find_spec('numbat')",
         "import crawler_bench, importlib, gymnasium; importlib.reload(gymnasium)",
     ],
 )
