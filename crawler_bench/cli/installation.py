@@ -66,6 +66,7 @@ def settings(
         print_json([asdict(each) for each in found])
         return
     table = Table("key", "default", "unit", "what it is", "source of the default")
+    table.columns[0].no_wrap = True  # to be copied
     for each in found:
         default = ", ".join(map(str, each.default)) if isinstance(each.default, tuple) else str(each.default)
         table.add_row(each.key, default, each.unit, each.meaning, each.source)
