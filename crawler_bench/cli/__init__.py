@@ -12,6 +12,7 @@ from crawler_bench.cli.options import find_modules_here
 app = typer.Typer(
     name="crawler-bench",
     no_args_is_help=True,
+    rich_markup_mode=None,  # help in boxes would take twice as long to appear
     pretty_exceptions_enable=False,
 )
 for command in (paper.reproduce, readings.readings, train.train, runs.evaluate, runs.render, benchmark.tune):
