@@ -10,14 +10,13 @@ import pytest
 
 from crawler_bench.config.files import config_folder, load_experiment
 from crawler_bench.readings.catalogue import LITERAL, Reading
-from crawler_bench.readings.fields import NO_LIMIT
 from crawler_bench.readings.laboratory import EXPERIMENTS, REGULARIZED, UNREGULARIZED
 from crawler_bench.readings.search import freeing as freeing_module
 from crawler_bench.readings.search import holding as holding_module
 from crawler_bench.readings.search import rounds, tables
 from crawler_bench.readings.search import trial as trial_module
 from crawler_bench.readings.search.freeing import FACTORS, NOISE, SCALED, freeing
-from crawler_bench.readings.search.holding import FURTHER, TIME_LIMIT, guarded, holding
+from crawler_bench.readings.search.holding import FURTHER, TIME_LIMIT, holding
 from crawler_bench.readings.search.leads import LEADS
 from crawler_bench.readings.search.off_diagonal import off_diagonal
 from crawler_bench.readings.search.rounds import best, ordered_finals, run_again, run_trials
@@ -176,12 +175,6 @@ def test_each_field_is_changed_alone_to_see_which_frees_a_learner(bases, monkeyp
     assert len({config.model_dump_json() for config, _ in tried}) == len(found)
 
 
-def test_a_default_without_a_time_limit_gets_one():
-    free = Reading("free", "search", {"environment.time_limit": NO_LIMIT, "parameters.tau_f": 0.5})
-    assert guarded(free).changes == {"environment.time_limit": TIME_LIMIT, "parameters.tau_f": 0.5}
-    assert guarded(LEADS[0]) is LEADS[0]
-
-
 def test_the_chosen_reading_is_tried_where_nothing_was_fitted(bases, monkeypatch):
     tried = []
 
@@ -200,6 +193,7 @@ def test_the_chosen_reading_is_tried_where_nothing_was_fitted(bases, monkeypatch
     assert not set(drawn) & set(range(1000))
     assert {of[f"steps of dt = {dt}"][0]["parameters.integrator"] for dt in ("0.01", "0.002")} == {"step"}
     assert of["steps of dt = 0.002"][0]["parameters.dt"] == 0.002
+    assert of["a time limit of 4,000 tau"][0]["environment.time_limit"] == TIME_LIMIT
     half = LEADS[0].changes["parameters.decision_interval"] / 2
     assert of["trained policies at half the decision interval"][2]["parameters.decision_interval"] == half
     changes, seeds, measured = of["trained and measured at half the decision interval"]
