@@ -14,7 +14,7 @@ nothing | no such command 'nothing'; see `crawler-bench --help`
 train qlearning --sed 3 | no such option: --sed
 train qlearning --seed x | invalid value for '--seed'
 train qlearning --preset tiny | 'tiny' is not one of 'paper', 'smoke'; see `crawler-bench train --help`
-evaluate | missing argument `crawler-bench evaluate --help`
+evaluate | missing argument
 train | name an agent
 train nope | no agent is called 'nope'; known are qlearning
 train qlerning | did you mean 'qlearning'?

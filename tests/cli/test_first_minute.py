@@ -15,8 +15,8 @@ from crawler_bench.paper.claims import CLAIMS
 from tests.cli.command import ROOT, crawler_bench, python
 
 COMMANDS = (
-    "reproduce readings train evaluate render tune benchmark report reproduce-cell list settings doctor "
-    "warmup"
+    "reproduce readings train evaluate render tune benchmark report reproduce-cell list settings "
+    "doctor warmup"
 ).split()
 
 LOADED = """
