@@ -55,7 +55,7 @@ class QLearning(Watched):
         env: Environment | None,
         learning_rate: float = 0.05,
         discount: float = 0.95,
-        initial_q: float = 5.86,
+        initial_q: float = 3.9,
         seed: int | None = None,
         *,
         end_is_terminal: bool = False,

@@ -50,7 +50,7 @@ class EnvironmentConfig(_Model):
 
     regularization: float = Field(0.01, ge=0, allow_inf_nan=False)  # epsilon [M20, eq. 11]
     noise: float = Field(0.0, ge=0, allow_inf_nan=False)  # amplitude s while learning [M20, Fig. 3C]
-    episode_distance: float = Field(5.97, gt=0)  # after which an episode ends, L [chosen; "a fixed distance"]
+    episode_distance: float = Field(8.83, gt=0)  # after which an episode ends, L [chosen; "a fixed distance"]
     time_limit: float = Field(4000.0, gt=0)  # after which an episode ends, tau_theta [chosen]
 
 

@@ -57,7 +57,7 @@ class CrawlerBatch:
         num_envs: int,
         regularization: float | Sequence[float] = 0.01,
         noise: float | Sequence[float] = 0.0,
-        episode_distance: float | Sequence[float] = 5.97,
+        episode_distance: float | Sequence[float] = 8.83,
         time_limit: float | Sequence[float] = 4000.0,
         max_decisions: int | None = None,
     ) -> None:

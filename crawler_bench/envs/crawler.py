@@ -92,7 +92,7 @@ class CrawlerEnv(gym.Env[np.int64, np.int64]):
     * `parameters`: `CrawlerParameters`, default the readings that `CrawlerParameters()` documents.
     * `regularization`: epsilon of eq. 11, at least 0, default 0.01.
     * `noise`: s, at least 0, default 0.
-    * `episode_distance`: L, above 0 (infinity allowed), default 5.97.
+    * `episode_distance`: L, above 0 (infinity allowed), default 8.83.
     * `time_limit`: tau_theta, above 0 (infinity allowed), default 4000.
     * `render_mode`: `None`, `"rgb_array"` or `"human"`.
 
@@ -108,7 +108,7 @@ class CrawlerEnv(gym.Env[np.int64, np.int64]):
         parameters: CrawlerParameters | None = None,
         regularization: float = 0.01,
         noise: float = 0.0,
-        episode_distance: float = 5.97,
+        episode_distance: float = 8.83,
         time_limit: float = 4000.0,
         render_mode: str | None = None,
     ) -> None:

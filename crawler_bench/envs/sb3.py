@@ -65,7 +65,7 @@ class CrawlerVecEnv(VecEnv):
         parameters: CrawlerParameters | Sequence[CrawlerParameters] | None = None,
         regularization: float | Sequence[float] = 0.01,
         noise: float | Sequence[float] = 0.0,
-        episode_distance: float | Sequence[float] = 5.97,
+        episode_distance: float | Sequence[float] = 8.83,
         time_limit: float | Sequence[float] = 4000.0,
         render_mode: str | None = None,
     ) -> None:
