@@ -17,7 +17,7 @@ from crawler_bench.report.page import charts
 from crawler_bench.report.page.folders import find_folders
 from crawler_bench.report.page.write import write_report
 from tests.benchmark import frames as samples
-from tests.cli.test_cli import complaint, crawler_bench
+from tests.cli.command import complaint, crawler_bench
 from tests.report.test_blocks import ROOT
 
 MEGABYTE = 1_000_000
