@@ -17,7 +17,7 @@ from crawler_bench.report.page import charts
 from crawler_bench.report.page.folders import find_folders
 from crawler_bench.report.page.write import write_report
 from tests.benchmark import frames as samples
-from tests.cli.test_cli import complaint, crawler_bench
+from tests.cli.command import complaint, crawler_bench
 from tests.report.test_blocks import ROOT
 
 MEGABYTE = 1_000_000
@@ -194,14 +194,13 @@ def test_other_folders_are_found_inside_one_and_shown_as_they_are(planted, tmp_p
 
 
 def test_what_cannot_be_shown_is_said_in_one_line(tmp_path, planted):
-    assert "is not a folder" in complaint("report", tmp_path / "nowhere")
+    assert "is not a folder" in complaint("report", tmp_path / "nowhere")[1]
     (tmp_path / "empty").mkdir()
-    assert "holds no results" in complaint("report", tmp_path / "empty")
-    assert "name a file with --out" in complaint("report", planted, "--out", tmp_path)
+    assert "holds no results" in complaint("report", tmp_path / "empty")[1]
+    assert "name a file with --out" in complaint("report", planted, "--out", tmp_path)[1]
     shutil.copy(ROOT / "results/paper/runs.csv", planted / "summary.csv")
-    assert "written by an older version" in complaint(
-        "report", "--quiet", planted, "--out", tmp_path / "x.html"
-    )
+    _, said = complaint("report", "--quiet", planted, "--out", tmp_path / "x.html")
+    assert "written by an older version" in said
 
 
 def test_every_committed_figure_has_its_words():
