@@ -74,7 +74,7 @@ FIELDS = (
     Field("parameters.longest_hold", "how long an action lasts if the state does not change is not named",
           {2.0: "matters only where decisions wait for a change"}, ()),
     Field("parameters.dt", '"scaled discrete timestep 0.01" (Table S1), in implicit Euler steps instead of exactly',
-          {PRINTED_STEP: "Table S1"}, (PRINTED_STEP, 0.05)),
+          {PRINTED_STEP: "Table S1"}, (PRINTED_STEP, 0.038)),
     Field("settings.initial_q", '"a Q-matrix of values that are uniform and high"', {},
           (0.05, 0.2, 1.0, 2.0, 7.0, 15.0, 50.0), continuous=True),
     Field("environment.episode_distance", '"each episode corresponds to the crawler moving a fixed distance forward"',

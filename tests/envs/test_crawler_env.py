@@ -41,7 +41,7 @@ def assert_same(one: list[tuple[Any, ...]], other: list[tuple[Any, ...]]) -> Non
             np.testing.assert_array_equal(a[-1][key], b[-1][key])
 
 
-@pytest.mark.parametrize("arguments", [{}, {"noise": 0.2}, {"parameters": CrawlerParameters(n_segments=2)}])
+@pytest.mark.parametrize("arguments", [{}, {"noise": 0.2}, {"parameters": CrawlerParameters(n_segments=3)}])
 def test_both_checkers_pass_without_a_warning(
     arguments: dict[str, Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -213,7 +213,7 @@ def test_a_step_before_a_reset_is_refused() -> None:
 
 
 # With two segments the neuron of head and tail pays most, three times as much as acting at random.
-BODY = CrawlerParameters(n_segments=2)
+BODY = CrawlerParameters(n_segments=3)
 EASY: dict[str, Any] = {"time_limit": 4.0, "regularization": 0.0}
 
 
