@@ -21,6 +21,7 @@ from crawler_bench.envs.crawler import CrawlerEnv
 from crawler_bench.envs.sb3 import CrawlerVecEnv
 from crawler_bench.envs.transition import DISTANCE, TIME
 from crawler_bench.physics import CrawlerParameters
+from tests.bodies import former
 
 TICKS = CrawlerParameters(decision_interval=0.2)
 SETTINGS: dict[str, Any] = {
@@ -213,7 +214,7 @@ def test_a_step_before_a_reset_is_refused() -> None:
 
 
 # With two segments the neuron of head and tail pays most, three times as much as acting at random.
-BODY = CrawlerParameters(n_segments=3)
+BODY = former(n_segments=2)
 EASY: dict[str, Any] = {"time_limit": 4.0, "regularization": 0.0}
 
 

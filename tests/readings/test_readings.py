@@ -88,7 +88,9 @@ def test_the_repairs_lead_from_the_literal_reading_to_the_default():
 def test_free_constants_are_those_without_a_source(bases):
     base = bases["regularized"]
     default = set(DEFAULT.free_constants(base))
-    assert set(find_reading("tau_f=0.4", ALL).free_constants(base)) == default - {"tau_f"}
+    assert default == {"neuron_rate", "initial_q", "episode_distance"}
+    assert set(find_reading("neuron_rate=1", ALL).free_constants(base)) == default - {"neuron_rate"}
+    assert set(find_reading("tau_f=0.7", ALL).free_constants(base)) == default | {"tau_f"}
     assert set(find_reading("tau_m=2", ALL).free_constants(base)) == default | {"tau_m"}
     assert set(find_reading("head_muscle=none", ALL).free_constants(base)) == default
     assert set(find_reading("dt=0.038", ALL).free_constants(base)) == default | {"dt"}
@@ -137,7 +139,7 @@ def test_a_profile_says_which_groups_a_field_moves(bases):
     found = [
         scored("default", base, plant()),
         scored("tau_f=1", base, plant(regularized={"peak_contraction": 0.5}), **{"parameters.tau_f": 1.0}),
-        scored("tau_f=0.4", base, plant(), **{"parameters.tau_f": 0.4}),
+        scored("tau_f=0.7", base, plant(), **{"parameters.tau_f": 0.7}),
     ]
     row = identifiability.profiles(found, [field for field in FIELDS if field.name == "tau_f"]).iloc[0]
     assert row["tried"] == "0.4, 0.7, 1"
