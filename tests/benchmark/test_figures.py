@@ -148,7 +148,8 @@ def test_mean_duration_of_a_run_is_a_dot():
 def test_noise_curves_are_means_over_runs_of_means_over_starts():
     evaluations = benchmark()[1]
     figure = noise_curves(evaluations)
-    assert [axes.get_title("left") for axes in figure.axes] == [f"{agent}, {mode}" for agent, mode in USUAL]
+    titles = [axes.get_title("left").replace("\n", " ") for axes in figure.axes]
+    assert titles == [f"{agent}, {mode}" for agent, mode in USUAL]
     noise, speed = lines(figure.axes[1], "regularized (ε = 0.01)")
     chosen = select(evaluations, agent="ppo", mode="stochastic", regularization=0.01)
     given = chosen.groupby("noise")["speed"].mean()

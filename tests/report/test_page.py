@@ -50,7 +50,7 @@ def test_a_table_sorts_by_numbers_both_ways_and_filters(page):
     assert table.locator("th[aria-sort]").get_attribute("aria-sort") == "ascending"
     heading.click()
     assert [float(each) for each in column(page, "-comparison", 4) if each] == rising[::-1]
-    agent = table.get_by_label("agent")
+    agent = table.get_by_label("agent", exact=True)
     chosen = agent.locator("option").nth(1).text_content()
     agent.select_option(chosen)
     assert set(column(page, "-comparison", 0)) == {chosen}
