@@ -144,4 +144,6 @@ def typical_row(runs: pd.DataFrame) -> "pd.Series[Any]":
         "cycle": (cycle - cycle.median()).abs().round(CYCLE_DIGITS),
         "reward": (commonest["reward"] - middle).abs(),
     })  # fmt: skip
-    return commonest.loc[away.sort_values(["cycle", "reward"], kind="stable", na_position="last").index[0]]
+    nearest = away.sort_values(["cycle", "reward"], kind="stable", na_position="last").index[0]
+    row: pd.Series[Any] = commonest.loc[nearest]
+    return row

@@ -113,8 +113,8 @@ def cell(value: Any, low: Any = None, high: Any = None, n: Any = None, *, code: 
         return Cell("yes" if value else "no")
     if isinstance(value, str) or value is None:
         return Cell(value or "", code=code)
-    ends = (None, None) if low is None else (Number(float(low)), Number(float(high)))
-    return Cell(Number(float(value)), *ends, None if n is None else int(n))
+    lowest, highest = (None, None) if low is None else (Number(float(low)), Number(float(high)))
+    return Cell(Number(float(value)), lowest, highest, None if n is None else int(n))
 
 
 def plain_table(identity: str, caption: str, source: str, frame: pd.DataFrame) -> Table:
