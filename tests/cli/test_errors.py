@@ -50,7 +50,7 @@ reproduce --preset smoke --out other | other is not empty
 reproduce --claim wav | no claim is called 'wav'; did you mean 'wave'?
 reproduce --preset smoke --set nope=1 | unknown key 'nope'
 reproduce --seeds= | --seeds ''
-readings --only head_muscle=ext | did you mean 'head_muscle=external'
+readings --only head_muscle=react | did you mean 'head_muscle=reaction'
 readings --check 2 --out other | `crawler-bench readings` makes one
 readings --out other | other is not empty
 benchmark --only weve | did you mean 'wave'
