@@ -15,7 +15,7 @@ from crawler_bench.readings.search import freeing as freeing_module
 from crawler_bench.readings.search import holding as holding_module
 from crawler_bench.readings.search import rounds, tables
 from crawler_bench.readings.search.freeing import FACTORS, NOISE, SCALED, freeing
-from crawler_bench.readings.search.holding import FURTHER, TIME_LIMIT, holding
+from crawler_bench.readings.search.holding import FINE, FURTHER, TIME_LIMIT, holding
 from crawler_bench.readings.search.leads import LEADS
 from crawler_bench.readings.search.off_diagonal import off_diagonal
 from crawler_bench.readings.search.rounds import best, ordered_finals, run_again, run_trials
@@ -188,8 +188,8 @@ def test_the_chosen_reading_is_tried_where_nothing_was_fitted(bases, monkeypatch
     assert changes == LEADS[0].changes
     assert len(set(drawn)) == FURTHER
     assert not set(drawn) & set(range(1000))
-    assert {of[f"steps of dt = {dt}"][0]["parameters.integrator"] for dt in ("0.01", "0.002")} == {"step"}
-    assert of["steps of dt = 0.002"][0]["parameters.dt"] == 0.002
+    assert of["trained and measured in steps of dt = 0.01"][0]["parameters.integrator"] == "step"
+    assert of["trained policies in steps of dt = 0.002"][2] == FINE
     assert of["a time limit of 4,000 tau"][0]["environment.time_limit"] == TIME_LIMIT
     half = LEADS[0].changes["parameters.decision_interval"] / 2
     assert of["trained policies at half the decision interval"][2]["parameters.decision_interval"] == half
