@@ -5,7 +5,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from crawler_bench.cli.console import conclude, console, logger, print_frame
+from crawler_bench.cli import names
+from crawler_bench.cli.console import conclude, console, logger, print_frame, starting
 from crawler_bench.cli.options import (
     RUNS,
     Jobs,
@@ -18,6 +19,7 @@ from crawler_bench.cli.options import (
     Set,
     ShardOption,
     Trust,
+    require_folder,
     require_ours,
     resized,
     run_part,
@@ -34,10 +36,16 @@ def benchmark(
     preset: PresetOption = Preset.paper,
     agent: Annotated[
         list[str] | None,
-        typer.Option(help="Also compare this one: a registered agent, module:Class, or a YAML file."),
+        typer.Option(
+            help="Also compare this one: a registered agent, module:Class, or a YAML file.",
+            autocompletion=names.agents,
+        ),
     ] = None,
     only: Annotated[
-        list[str] | None, typer.Option(help="Only this entry of configs/benchmark; may be repeated.")
+        list[str] | None,
+        typer.Option(
+            help="Only this entry of configs/benchmark; may be repeated.", autocompletion=names.entries
+        ),
     ] = None,
     seeds: Seeds = None,
     set_: Set = None,
@@ -58,16 +66,19 @@ def benchmark(
 
     Interrupted, the same command goes on from the runs that were finished.
     """
-    from crawler_bench.benchmark.benchmark import all_in_mode, run_benchmark
-    from crawler_bench.benchmark.keys import MODES
-    from crawler_bench.benchmark.results import overview, write_benchmark
-    from crawler_bench.runs.machines.engines import Workers
-    from crawler_bench.runs.sweep import cells_of
-
-    entries = _entries(preset, only or [], agent or [], seeds, set_ or [], trust)
-    changed = "-changed" if seeds or set_ or agent or only else "" if preset is Preset.paper else "-smoke"
+    _require_names(only or [], agent or [])
+    is_changed = seeds is not None or set_ or agent or only
+    changed = "-changed" if is_changed else "" if preset is Preset.paper else "-smoke"
     folder = out or RESULTS.with_name(RESULTS.name + changed)
     require_ours(folder, "benchmark", "summary.csv")
+    with starting(f"comparing agents, results in {folder}", quiet):
+        from crawler_bench.benchmark.benchmark import all_in_mode, run_benchmark
+        from crawler_bench.benchmark.keys import MODES
+        from crawler_bench.benchmark.results import overview, write_benchmark
+        from crawler_bench.runs.machines.engines import Workers
+        from crawler_bench.runs.sweep import cells_of
+
+        entries = _entries(preset, only or [], agent or [], seeds, set_ or [], trust)
     workers = Workers(jobs, on)
     if shard:
         cells = cells_of(each for mode in MODES for each in all_in_mode(entries, mode))
@@ -88,8 +99,8 @@ def reproduce_cell(
     quiet: Quiet = False,
 ) -> None:
     """Re-run one cell of the tables from scratch and say: equal, within its interval, or different."""
-    from crawler_bench.benchmark.reproduce_cell import reproduce
-
+    with starting(f"re-running the cell {hash_} of {results} from scratch", quiet):
+        from crawler_bench.benchmark.reproduce_cell import reproduce
     made = reproduce(results, hash_, jobs=jobs, quiet=quiet, trust=trust)
     print_frame(made)
     counts = made["verdict"].value_counts()
@@ -99,12 +110,21 @@ def reproduce_cell(
 
 
 def tune(
-    agent: Annotated[str, typer.Argument(help="Name in configs/tuning, or a YAML file like those.")],
+    agent: Annotated[
+        str,
+        typer.Argument(
+            help="Name in configs/tuning, or a YAML file like those.", autocompletion=names.searches
+        ),
+    ],
     preset: PresetOption = Preset.paper,
     set_: Set = None,
     out: Annotated[
-        Path, typer.Option(help="Folder for the trials (CSV) and the best settings (YAML).")
-    ] = Path("results/tuning"),
+        Path | None,
+        typer.Option(
+            help="Folder for the trials (CSV) and the best settings (YAML); default results/tuning, with "
+            "another preset or --set results/tuning-smoke or -changed."
+        ),
+    ] = None,
     runs: Runs = RUNS,
     jobs: Jobs = 0,
     on: On = "",
@@ -112,22 +132,42 @@ def tune(
     quiet: Quiet = False,
 ) -> None:
     """Search an agent's settings with Optuna; interrupted, the same command goes on."""
-    from crawler_bench.config.files import config_folder, load_tuning
+    from crawler_bench.config.files import find_config, load_tuning
     from crawler_bench.config.schema import to_yaml
-    from crawler_bench.output.csv_files import write_csv
-    from crawler_bench.runs.machines.engines import Workers
-    from crawler_bench.runs.tuning import tune as search
     from crawler_bench.runs.untrusted import agents_of, require_trust
 
-    path = Path(agent) if agent.endswith((".yaml", ".yml")) else config_folder() / "tuning" / f"{agent}.yaml"
+    path = find_config(f"tuning/{agent}" if agent in names.searches() else agent)
     tuning = load_tuning(path)
     require_trust(agents_of(tuning), path, agents_of(tuning) if trust else ())
     tuning = resized(tuning, "tuning", preset, set_)
+    changed = "-changed" if set_ else "" if preset is Preset.paper else "-smoke"
+    out = out or Path(f"results/tuning{changed}")
+    require_folder(out)
+    with starting(f"tuning {tuning.run.agent} in {tuning.trials} trials, results in {out}", quiet):
+        from crawler_bench.output.csv_files import write_csv
+        from crawler_bench.runs.machines.engines import Workers
+        from crawler_bench.runs.tuning import tune as search
     best, trials = search(tuning, runs, jobs=Workers(jobs, on), quiet=quiet, say=logger(quiet))
     out.mkdir(parents=True, exist_ok=True)
     write_csv(trials, out / f"{tuning.name}.csv")
     (out / f"{tuning.name}.yaml").write_text(to_yaml(best))
     console.print(f"{out / tuning.name}.csv, .yaml: {best.settings}", markup=False, soft_wrap=True)
+    conclude("", preset is Preset.smoke, [])
+
+
+def _require_names(only: list[str], added: list[str]) -> None:
+    """Refuse what is misspelt, before anything heavy is imported."""
+    from crawler_bench.config.errors import ConfigError, nearest
+    from crawler_bench.config.files import agent_spec, find_config
+
+    for name in only:
+        if name not in names.entries():
+            raise ConfigError(f"--only {name}: no such entry{nearest(name, names.entries())}")
+    for name in added:
+        if name.endswith((".yaml", ".yml")):
+            find_config(name)
+        else:
+            agent_spec(name)
 
 
 def _entries(
@@ -136,12 +176,8 @@ def _entries(
     """What is compared: configs/benchmark, or part of it, and what the user adds; sized by the preset."""
     from crawler_bench.benchmark.benchmark import require_comparable
     from crawler_bench.config.files import config_folder, load_experiment
-    from crawler_bench.config.schema import ConfigError, nearest
 
     known = {path.stem: path for path in sorted((config_folder() / "benchmark").glob("*.yaml"))}
-    for name in only:
-        if name not in known:
-            raise ConfigError(f"--only {name}: no such entry{nearest(name, list(known))}")
     template = load_experiment(known["qlearning"])
     budget = {"decisions": template.run.decisions, "seeds": template.seeds, "grid": template.grid}
     entries = [load_experiment(path) for name, path in known.items() if not only or name in only]

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from crawler_bench.cli.console import conclude, console, logger, print_frame
+from crawler_bench.cli.console import conclude, console, logger, print_frame, starting
 from crawler_bench.cli.options import (
     RUNS,
     Jobs,
@@ -18,6 +18,7 @@ from crawler_bench.cli.options import (
     Quiet,
     Runs,
     ShardOption,
+    require_folder,
     require_ours,
     run_part,
 )
@@ -57,18 +58,24 @@ def readings(
 
     Interrupted, the same command goes on from the runs that were finished.
     """
-    from crawler_bench.readings.sizes import FULL, smoke
-    from crawler_bench.runs.machines.engines import Workers
-    from crawler_bench.runs.sweep import cells_of
-
-    workers = Workers(jobs, on)
+    name = ("search" if search else "readings") + ("-smoke" if preset is Preset.smoke else "")
+    folder = out or Path("results") / name
     if search and (on or shard):
         raise ValueError(
             "--search is shared otherwise: repeat the command on each machine, with the same --runs"
         )
+    if search:
+        require_ours(folder, "search", "finals.csv")
+    elif check or only:
+        require_folder(folder)
+    else:
+        require_ours(folder, "readings", "readings.csv")
+    with starting(f"running readings of the paper{'' if check or only else f', results in {folder}'}", quiet):
+        from crawler_bench.readings.sizes import FULL, smoke
+        from crawler_bench.runs.machines.engines import Workers
+        from crawler_bench.runs.sweep import cells_of
+    workers = Workers(jobs, on)
     size = smoke() if preset is Preset.smoke else FULL
-    name = ("search" if search else "readings") + ("-smoke" if preset is Preset.smoke else "")
-    folder = out or Path("results") / name
     if search:
         if rounds:
             size = replace(size, trials=rounds[0], again=rounds[1], finals=rounds[2])
@@ -99,7 +106,6 @@ def _search(laboratory: "Laboratory", size: "Size", scratch: Path, folder: Path)
     from crawler_bench.readings.search.conduct import search
     from crawler_bench.runs.machines.engines import as_workers
 
-    require_ours(folder, "search", "finals.csv")
     finals = search(
         laboratory.bases, size, scratch=scratch, folder=folder, jobs=as_workers(laboratory.jobs).jobs,
         say=logger(laboratory.quiet),
@@ -137,7 +143,6 @@ def _study(laboratory: "Laboratory", size: "Size", folder: Path, preset: Preset)
     from crawler_bench.readings.study import conduct
 
     started = time.monotonic()
-    require_ours(folder, "readings", "readings.csv")
     study = conduct(laboratory, size.readings(), size)
     print_frame(write(study, folder, started, logger(laboratory.quiet))[SHOWN].head(20))
     print_frame(study.confirmation())

@@ -46,6 +46,7 @@ class Evaluation:
 def evaluate(
     folder: Path,
     config: EvaluationConfig | None = None,
+    progress: Callable[[float], None] | None = None,
     *,
     trusted: Collection[str] = (),
     wait: bool = True,
@@ -56,6 +57,7 @@ def evaluate(
     Args:
         folder: the run.
         config: how; by default as the run's own configuration says.
+        progress: is told how many crawls are done.
         trusted: names of agents that may be imported though a file names them, see `load_agent`.
         wait: for another process that evaluates the same run.
         say: told if the evaluation was there, but damaged.
@@ -65,13 +67,13 @@ def evaluate(
     """
     run, seed = store.read_run(folder)
     chosen = config or run.evaluation
-    place = folder / f"evaluation-{evaluation_key(chosen)}"
+    place = evaluation_folder(folder, chosen)
     trained = checksums.identity(folder)
 
     def write(draft: Path) -> None:
         started = time.monotonic()
         table = action_table(load_agent(folder, run, trusted), run.parameters.n_segments, chosen.mode)
-        evaluation = measure(run, seed, table, chosen)
+        evaluation = measure(run, seed, table, chosen, progress)
         np.savetxt(draft / "table.csv", evaluation.table, delimiter=",", fmt="%.17g")
         for name in ("starts", "cycles", "nodes"):
             getattr(evaluation, name).to_csv(draft / f"{name}.csv", index=False)
@@ -82,6 +84,11 @@ def evaluate(
         claims.sweep(folder)
     store.make(place, write, of=trained, wait=wait, say=say)
     return place
+
+
+def evaluation_folder(folder: Path, config: EvaluationConfig) -> Path:
+    """Where an evaluation of a run is kept, named by how it measures."""
+    return folder / f"evaluation-{evaluation_key(config)}"
 
 
 def read_evaluation(place: Path) -> Evaluation:
@@ -107,7 +114,13 @@ def read_evaluation(place: Path) -> Evaluation:
     return Evaluation(table, starts, cycles, nodes, gait)
 
 
-def measure(run: RunConfig, seed: int, table: NDArray[np.float64], config: EvaluationConfig) -> Evaluation:
+def measure(
+    run: RunConfig,
+    seed: int,
+    table: NDArray[np.float64],
+    config: EvaluationConfig,
+    progress: Callable[[float], None] | None = None,
+) -> Evaluation:
     """Roll a policy out from every start under every noise, and take its measure."""
 
     def crawl(start: int, noise: float, duration: float) -> Record:
@@ -141,6 +154,8 @@ def measure(run: RunConfig, seed: int, table: NDArray[np.float64], config: Evalu
                 nodes += [(start, j, peaks[j], durations[j]) for j in range(peaks.size)]
                 gaits.append((stalled, start, gait))
             rows.append(row)
+            if progress is not None:
+                progress(len(rows))
     return Evaluation(
         table,
         pd.DataFrame(rows),

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from crawler_bench.config.schema import ConfigError
+from crawler_bench.config.errors import ConfigError
 from crawler_bench.runs.machines.engines import Workers
 from crawler_bench.runs.sweep import Cell, Outcome, run_cells
 

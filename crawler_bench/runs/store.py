@@ -6,7 +6,6 @@ many processes, on many machines, share one store. Nothing in a folder is ever o
 knows the time of day.
 """
 
-import errno
 import functools
 import json
 import os
@@ -26,7 +25,7 @@ from pathlib import Path
 from typing import Any
 
 from crawler_bench.config.files import read_mapping
-from crawler_bench.config.schema import RunConfig, to_yaml
+from crawler_bench.config.schema import RunConfig, build, to_yaml
 from crawler_bench.runs.folders import checksums, claims
 from crawler_bench.runs.folders.keys import installed_version, training_key
 
@@ -71,7 +70,7 @@ def read_run(folder: Path) -> tuple[RunConfig, int]:
         raise NotARunError(f"{reason}; train that run again, in another folder or without this one")
     try:
         content = read_mapping(folder / CONFIG)
-        return RunConfig.model_validate(content["run"]), int(content["seed"])
+        return build(RunConfig, content["run"], "run"), int(content["seed"])
     except (KeyError, TypeError, ValueError) as error:
         raise NotARunError(
             f"{folder / CONFIG} does not describe a run: {' '.join(str(error).split())}"
@@ -200,15 +199,6 @@ def write_command(folder: Path) -> None:
     """Write the command line that made a folder."""
     words = [Path(sys.argv[0]).name, *sys.argv[1:]]
     (folder / "command.txt").write_text(shlex.join(words) + "\n")
-
-
-def explain(error: BaseException) -> str:
-    """One line that says what is wrong and, where it is known, what to do."""
-    if not isinstance(error, OSError):
-        return " ".join(str(error).split())
-    if error.errno == errno.ENOSPC:
-        return "the disk is full; free some room and repeat the command: it goes on from the finished runs"
-    return f"{error.filename}: {error.strerror}" if error.filename else str(error)
 
 
 @functools.cache

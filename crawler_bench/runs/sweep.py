@@ -6,22 +6,15 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from rich.console import Console
-from rich.progress import (
-    BarColumn,
-    MofNCompleteColumn,
-    Progress,
-    TextColumn,
-    TimeElapsedColumn,
-    TimeRemainingColumn,
-)
 
-from crawler_bench.config.schema import ConfigError, Experiment, RunConfig
-from crawler_bench.runs import store
+from crawler_bench.config.errors import ConfigError, explain
+from crawler_bench.config.schema import Experiment, RunConfig
 from crawler_bench.runs.agent import agent_class
 from crawler_bench.runs.evaluation import evaluate
 from crawler_bench.runs.folders import claims
 from crawler_bench.runs.machines.engines import Lost, Workers, as_workers
 from crawler_bench.runs.machines.workplaces import engine
+from crawler_bench.runs.progress import SweepProgress
 from crawler_bench.runs.training import train
 
 
@@ -122,7 +115,7 @@ def run_cell(cell: Cell, root: Path, wait: bool = True) -> Outcome:
 
 def _say_error(error: Exception) -> str:
     known = isinstance(error, OSError | ConfigError)
-    return store.explain(error) if known else f"{type(error).__name__}: {store.explain(error)}"
+    return explain(error) if known else f"{type(error).__name__}: {explain(error)}"
 
 
 def run_cells(
@@ -138,10 +131,11 @@ def run_cells(
     outcomes: dict[str, Outcome] = {}
     left = list(dict.fromkeys(map(_identity, cells)))
     workers = as_workers(jobs)
+    progress = SweepProgress([(cell.config, cell.seed) for cell in unique.values()], root, workers.processes)
+    console.print(progress.plan(), markup=False, soft_wrap=True)
     place = root.resolve() if workers.on else root  # a worker elsewhere may stand in another folder
     try:
-        with engine(workers) as run, _progress(console) as progress:
-            bar = progress.add_task("runs", total=len(unique))
+        with engine(workers) as run, progress.shown(console):
             for wait in (False, True):
                 busy = []
                 for found in run(_named, ((name, unique[name], place, wait) for name in left)):
@@ -150,7 +144,8 @@ def run_cells(
                         busy.append(name)
                         continue
                     outcomes[name] = outcome
-                    progress.advance(bar)
+                    if outcome.error:
+                        progress.give_up(outcome.cell.config, outcome.cell.seed)
                     _say(console, outcome, len(outcomes), len(unique))
                 left = busy
                 if not left:
@@ -173,12 +168,6 @@ def _identity(cell: Cell) -> str:
 
 def _named(name: str, cell: Cell, root: Path, wait: bool) -> tuple[str, Outcome]:
     return name, run_cell(cell, root, wait)
-
-
-def _progress(console: Console) -> Progress:
-    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
-    left = (TextColumn("left"), TimeRemainingColumn())
-    return Progress(*columns, *left, console=console, disable=not console.is_terminal, transient=True)
 
 
 def _say(console: Console, outcome: Outcome, done: int, total: int) -> None:

@@ -11,7 +11,8 @@ import numpy as np
 import pandas as pd
 
 import crawler_bench
-from crawler_bench.config.schema import ConfigError, RunConfig, nearest
+from crawler_bench.config.errors import ConfigError, nearest
+from crawler_bench.config.schema import RunConfig
 from crawler_bench.gait.metrics import policy_text
 from crawler_bench.runs import store
 from crawler_bench.runs.agent import Agent, agent_class, is_stable_baselines
@@ -96,7 +97,9 @@ def load_agent(folder: Path, config: RunConfig, trusted: Collection[str] = ()) -
         return kind.load(path, env=env)
     except Exception as error:  # the agent may be anyone's, and so is how it fails
         reason = str(error).removeprefix(f"{path} ") if isinstance(error, ValueError) else repr(error)
-        raise store.NotARunError(f"{path} cannot be loaded: {' '.join(reason.split())}") from error
+        raise store.NotARunError(
+            f"{path} cannot be loaded: {' '.join(reason.split())}; remove the run {folder} and train it again"
+        ) from error
 
 
 def agent_file(folder: Path) -> Path:
@@ -109,7 +112,7 @@ def train(
     config: RunConfig,
     seed: int,
     root: Path,
-    progress_bar: bool = False,
+    progress: Callable[[float], None] | None = None,
     *,
     wait: bool = True,
     say: Callable[[str], None] = store.complain,
@@ -120,7 +123,7 @@ def train(
         config: the run.
         seed: of agent and environment.
         root: folder of run folders.
-        progress_bar: show one.
+        progress: is told the number of decisions that are done, as often as the agent calls back.
         wait: for another process that trains the same run.
         say: told if the run was there, but damaged.
 
@@ -132,7 +135,7 @@ def train(
 
     def write(draft: Path) -> None:
         started = time.monotonic()
-        agent, recorder = learn(config, seed, progress_bar)
+        agent, recorder = learn(config, seed, progress)
         store.write_config(draft, config, seed)
         store.write_command(draft)
         # Stable-Baselines3 saves an archive, and wants a name that says so.
@@ -148,14 +151,17 @@ def train(
 
 
 def learn(
-    config: RunConfig, seed: int, progress_bar: bool = False, interval: int = CURVE_INTERVAL
+    config: RunConfig,
+    seed: int,
+    progress: Callable[[float], None] | None = None,
+    interval: int = CURVE_INTERVAL,
 ) -> tuple[Agent, "LearningRecorder"]:
     """Train a run in memory.
 
     Args:
         config: the run.
         seed: of agent and environment.
-        progress_bar: show one.
+        progress: is told the number of decisions that are done, as often as the agent calls back.
         interval: decisions between two points of the learning curve.
 
     Returns:
@@ -163,9 +169,9 @@ def learn(
     """
     env = make_env(config)
     agent = make_agent(config, env, seed)
-    recorder = LearningRecorder(env, agent, config.decisions, interval)
+    recorder = LearningRecorder(env, agent, config.decisions, interval, progress)
     recorder.record(agent)
-    agent.learn(config.decisions, callback=recorder, progress_bar=progress_bar)
+    agent.learn(config.decisions, callback=recorder, progress_bar=False)
     recorder.record(agent, last=True)
     return agent, recorder
 
@@ -177,7 +183,15 @@ class LearningRecorder:
     decision.
     """
 
-    def __init__(self, env: Any, agent: Agent, decisions: int, interval: int = CURVE_INTERVAL) -> None:
+    def __init__(
+        self,
+        env: Any,
+        agent: Agent,
+        decisions: int,
+        interval: int = CURVE_INTERVAL,
+        progress: Callable[[float], None] | None = None,
+    ) -> None:
+        self._progress = progress
         self._crawler: Any = env.unwrapped
         self._n = int(env.observation_space.n)
         self._gradient_updates = 0
@@ -194,6 +208,8 @@ class LearningRecorder:
         done = local["self"].num_timesteps
         if not self._rows or done - self._rows[-1][0] >= self._interval:
             self.record(local["self"])
+            if self._progress is not None:
+                self._progress(done)
         return True
 
     def _count_update(self, *_: Any) -> None:

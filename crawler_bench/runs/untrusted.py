@@ -10,8 +10,9 @@ from collections.abc import Collection, Iterable
 from pathlib import Path
 from typing import Any
 
+from crawler_bench.config.errors import ConfigError
 from crawler_bench.config.files import registered_agents
-from crawler_bench.config.schema import ConfigError, Experiment
+from crawler_bench.config.schema import Experiment
 
 MOST_UNPACKED = 2**28  # bytes that an archive may hold
 

@@ -66,7 +66,7 @@ def search(
         say("looking into the runs of it that end off the diagonal")
         write_csv(off_diagonal(chosen, bases, final_seeds), draft / "off_diagonal.csv")
         say("changing one field of it at a time, to see which frees a trapped learner")
-        write_csv(freeing(chosen, bases, again_seeds, jobs), draft / "freeing.csv")
+        write_csv(freeing(chosen, bases, again_seeds[:FURTHER], jobs), draft / "freeing.csv")
         say("trying it with other integrators, at another interval, on further seeds")
         write_csv(holding(chosen, bases, again_seeds[:FURTHER], jobs), draft / "holding.csv")
         save(front(trials, finals), draft, "front")

@@ -21,7 +21,7 @@ from crawler_bench.readings.laboratory import REGULARIZED
 from crawler_bench.runs.training import learn
 from crawler_bench.statistics import estimates
 
-FACTORS = (1 / 4, 1 / 2, 2, 4)
+FACTORS = (1 / 4, 4)
 SCALED = (
     "settings.initial_q",
     "environment.episode_distance",

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from importlib import import_module
 from typing import Any
 
-from crawler_bench.config.schema import ConfigError
+from crawler_bench.config.errors import ConfigError
 from crawler_bench.runs.machines.engines import Found, Lost, Task, Workers, end_workers
 
 try:

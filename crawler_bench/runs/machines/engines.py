@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from typing import Any, Protocol, TypeVar
 
-from crawler_bench.config.schema import ConfigError
+from crawler_bench.config.errors import ConfigError
 
 Found = TypeVar("Found")
 Task = tuple[Any, ...]  # the arguments of one call
