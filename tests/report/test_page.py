@@ -4,6 +4,8 @@ from typing import Any
 
 import pytest
 
+pytestmark = pytest.mark.slow  # a browser without a graphics card draws the charts for minutes
+
 from tests.playground.conftest import without_tools
 
 WIDE, NARROW, NIGHT = (
