@@ -4,9 +4,9 @@ from typing import Any
 
 import pytest
 
-pytestmark = pytest.mark.slow  # a browser without a graphics card draws the charts for minutes
-
 from tests.playground.conftest import without_tools
+
+pytestmark = pytest.mark.slow  # a browser without a graphics card draws the charts for minutes
 
 WIDE, NARROW, NIGHT = (
     {"viewport": {"width": 1280, "height": 900}},
