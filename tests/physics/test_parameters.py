@@ -15,6 +15,7 @@ import pytest
 
 from crawler_bench.physics import CrawlerParameters
 from crawler_bench.physics.parameters import CHOICES, RANGES
+from tests.bodies import former
 from tests.physics.crawling import crawl, drawn
 
 NUMBERS = [f.name for f in fields(CrawlerParameters) if f.name not in CHOICES and f.name != "n_segments"]
@@ -58,7 +59,7 @@ ENDS = [
 )
 def test_both_integrators_agree_at_the_ends_of_every_range(name: str, value: float) -> None:
     fast = name in ("damping", "tau_m", "tau_f") and value < 1
-    p = CrawlerParameters(n_segments=4, **{name: value}, dt=2e-4 if fast else 2e-3)
+    p = former(n_segments=4, **{name: value}, dt=2e-4 if fast else 2e-3)
     actions = drawn(p, 40)
     exact, stepped = (
         crawl(replace(p, integrator=each), actions)["displacement"] for each in ("exact", "step")

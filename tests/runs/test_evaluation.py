@@ -15,9 +15,10 @@ from crawler_bench.runs.folders import checksums
 from crawler_bench.runs.results import summarize, typical_run
 from crawler_bench.runs.store import NotARunError
 from crawler_bench.runs.sweep import Cell, Outcome
+from tests.bodies import former
 
 TIMES = {"starts": 3, "warm_up": 20, "duration": 100, "settle": 50, "gait": 100, "evaluation.noise": [0, 0.1]}
-RUN = override(RunConfig(agent="random", decisions=0), TIMES, "test")
+RUN = override(RunConfig(agent="random", decisions=0, parameters=former()), TIMES, "test")
 STALLS_AT_TIMES = np.eye(10)[[5, 4, 9, 1, 9, 0, 6, 5, 8, 2]]  # from the first start and the last
 
 

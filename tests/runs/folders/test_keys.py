@@ -20,8 +20,10 @@ RUN = RunConfig(agent="random")
 def other_parameters(name: str) -> CrawlerParameters:
     """The default crawler with another value of one constant."""
     value = getattr(CrawlerParameters(), name)
-    other = CHOICES[name][-1] if name in CHOICES else value + 1 if name == "n_segments" else 2 * value
-    other = value / 2 if name == "dt" else other
+    if name in CHOICES:
+        other = next(each for each in CHOICES[name] if each != value)
+    else:
+        other = value + 1 if name == "n_segments" else value / 2 if name == "dt" else 2 * value
     return replace(CrawlerParameters(), **{name: other})
 
 
