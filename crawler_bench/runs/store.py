@@ -67,7 +67,7 @@ def read_run(folder: Path) -> tuple[RunConfig, int]:
             f"{folder} {there}: a run folder holds {CONFIG} and {MANIFEST}; `crawler-bench train` makes one"
         )
     if reason := checksums.damage(folder):
-        raise NotARunError(f"{reason}; train that run again, in another folder or without this one")
+        raise NotARunError(f"{reason}; remove the run {folder} and train it again")
     try:
         content = read_mapping(folder / CONFIG)
         return build(RunConfig, content["run"], "run"), int(content["seed"])

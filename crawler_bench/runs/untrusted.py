@@ -5,6 +5,7 @@ an installed package, or was named by the user; `--trust` names all that a file 
 """
 
 import json
+import os
 import zipfile
 from collections.abc import Collection, Iterable
 from pathlib import Path
@@ -52,7 +53,7 @@ def inside(folder: Path, *names: str) -> Path:
         ConfigError: if they lead out of the folder.
     """
     path = folder.joinpath(*names)
-    if not path.resolve().is_relative_to(folder.resolve()):
+    if not Path(os.path.normpath(path)).is_relative_to(os.path.normpath(folder)):
         raise ConfigError(f"{folder} names {'/'.join(names)!r}, which is outside of it")
     return path
 

@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 from crawler_bench.config.schema import RunConfig, override
+from crawler_bench.runs.folders.checksums import seal
 from crawler_bench.runs.training import train
 from tests.cli.command import complaint, crawler_bench
 
@@ -110,6 +111,10 @@ def test_a_damaged_agent_is_a_failure_that_names_file_and_run(agent, tmp_path, m
     damaged.write_bytes(damaged.read_bytes()[:100])
     code, said = complaint("evaluate", folder)
     assert code == 1
+    assert f"{damaged} was changed after it was written; remove the run {folder}" in said
+    seal(folder, folder.name)
+    code, said = complaint("evaluate", folder, "--trust")
+    assert code == 1
     assert f"{damaged} cannot be loaded" in said
     assert f"remove the run {folder}" in said
 
@@ -126,6 +131,7 @@ def test_a_run_that_is_none_is_a_failure(tmp_path):
     other = tmp_path / "other"
     shutil.copytree(folder, other)
     (other / "config.yaml").write_text("seed: 0\nrun: {decisions: 1.5}\n")
+    seal(other, "other")
     code, said = complaint("evaluate", other)
     assert code == 1
     assert "decisions must be a whole number (given: 1.5)" in said

@@ -19,7 +19,7 @@ try:
 except ImportError:
     raise ConfigError("--on needs Dask: pip install 'crawler-bench[cluster]'") from None
 
-DEATHS = 1  # of workers that a task may cause before it is given up
+DEATHS = 0  # of workers that a task may have a part in before it is called again alone
 RECOUNT = 2.0  # seconds after which workers are counted again
 LONG = 300.0  # seconds without any worker after which to give up
 GONE = "the Dask scheduler is gone; the same command goes on from the runs that are finished"
@@ -104,8 +104,9 @@ def _close(what: Any) -> None:
 class _Cluster:
     """Dask's workers; a task whose worker dies is called again on another one, once.
 
-    The scheduler gets as many tasks as there are workers: it blames all that a dead worker had, so no other
-    task may wait there; and no sweep fills its memory.
+    The scheduler blames all tasks that a dead worker had. So those are called again when all else is done,
+    one at a time. And it gets as many tasks as there are workers, so that few are blamed and no sweep fills
+    its memory.
     """
 
     client: Any
@@ -119,6 +120,8 @@ class _Cluster:
         """
         left = iter(tasks)
         flying: dict[Any, Task] = {}
+        suspects: list[Task] = []
+        alone = False
         most, counted, seen = 0, -math.inf, time.monotonic()
         while True:
             if time.monotonic() > counted + RECOUNT:
@@ -129,6 +132,9 @@ class _Cluster:
                 most = max(1, number)
             for task in itertools.islice(left, max(0, most - len(flying))):
                 flying[self.client.submit(work, *task, pure=False)] = task
+            if not flying and suspects:
+                alone, task = True, suspects.pop()
+                flying[self.client.submit(work, *task, pure=False)] = task
             if not flying:
                 return
             for future in self._done(flying):
@@ -136,8 +142,11 @@ class _Cluster:
                     found = self._result(future, flying[future])
                 except TimeoutError:  # lost with its worker: it is being called again
                     continue
-                del flying[future]
-                yield found
+                task = flying.pop(future)
+                if isinstance(found, Lost) and not alone:
+                    suspects.append(task)
+                else:
+                    yield found
 
     def _count_workers(self) -> int:
         try:
@@ -156,8 +165,7 @@ class _Cluster:
             return future.result(timeout=RECOUNT)
         error = None if future.cancelled() else future.exception(timeout=RECOUNT)
         if isinstance(error, distributed.KilledWorker):
-            workers = error.allowed_failures + 1
-            return Lost(task, f"{workers} workers died while they ran it: killed, or over a limit")
+            return Lost(task, "the worker that ran it died, twice: killed, or over a limit")
         if error is not None:
             raise error
         raise RuntimeError(GONE)
