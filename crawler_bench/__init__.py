@@ -1,13 +1,22 @@
 """How a soft-bodied crawler learns to coordinate itself.
 
-Importing this package registers the environment `crawler_bench/Crawler-v0` with Gymnasium.
+Importing this package registers the crawler with Gymnasium: `crawler_bench/Crawler-v0`, which observes the
+index of its most contracted segment, and the same body seen through other keyholes (envs/keyholes.py):
+`CrawlerOneHot-v0`, `CrawlerStrain-v0` and `CrawlerState-v0`.
 """
+
 
 import gymnasium as gym
 
 __version__ = "0.1.0"
 
 ENV_ID = "crawler_bench/Crawler-v0"
+KEYHOLE_IDS = {
+    "index": ENV_ID,
+    "one-hot": "crawler_bench/CrawlerOneHot-v0",
+    "strain": "crawler_bench/CrawlerStrain-v0",
+    "state": "crawler_bench/CrawlerState-v0",
+}
 
 if ENV_ID not in gym.registry:
     gym.register(
@@ -15,3 +24,11 @@ if ENV_ID not in gym.registry:
         entry_point="crawler_bench.envs.crawler:CrawlerEnv",
         vector_entry_point="crawler_bench.envs.vector:CrawlerVectorEnv",
     )
+for _keyhole, _id in KEYHOLE_IDS.items():
+    if _id not in gym.registry:
+        gym.register(
+            id=_id,
+            entry_point="crawler_bench.envs.keyhole_envs:KeyholeEnv",
+            vector_entry_point="crawler_bench.envs.keyhole_envs:KeyholeVectorEnv",
+            kwargs={"keyhole": _keyhole},
+        )
