@@ -54,6 +54,12 @@ class EnvironmentConfig(_Model):
     noise: float = Field(0.0, ge=0, allow_inf_nan=False)  # s, while learning
     episode_distance: float = Field(2.0, gt=0)  # L [chosen; "a fixed distance"]
     time_limit: float = Field(1000.0, gt=0)  # tau_theta [chosen]
+    keyhole: Literal["index", "one-hot", "strain", "state"] = "index"  # what is observed, envs/keyholes.py
+
+    @property
+    def task(self) -> dict[str, Any]:
+        """Everything but the keyhole, as the environments take it."""
+        return {name: value for name, value in self if name != "keyhole"}
 
 
 class EvaluationConfig(_Model):

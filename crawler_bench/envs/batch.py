@@ -100,7 +100,7 @@ class CrawlerBatch:
         """Seed each crawler's generator as `CrawlerEnv.reset(seed=...)` does; None leaves one as it is."""
         for i, seed in enumerate(seeds):
             if seed is not None:
-                self.generators[i] = _words(np.random.PCG64(np.random.SeedSequence(seed)))
+                self.generators[i] = seed_words(np.random.PCG64(np.random.SeedSequence(seed)))
 
     def begin(self) -> None:
         """Put every crawler to rest and observe it."""
@@ -148,7 +148,7 @@ def _each(name: str, value: object, num_envs: int) -> list[object]:
     return values
 
 
-def _words(generator: np.random.PCG64) -> list[int]:
+def seed_words(generator: Any) -> list[int]:
     """The four words of a generator's state, see envs/randomness.py."""
     content = generator.state["state"]
     word = 2**64

@@ -32,7 +32,9 @@ CONFIG = "config.yaml"
 # Of the sources as this process imported them, like KERNEL_HASH.
 _HERE = Path(__file__).parent
 TRAINING_HASH = source_hash(_HERE / "training.py")
-EVALUATION_SOURCES = (_HERE.parent / "gait", _HERE / "policy_table.py", _HERE / "evaluation.py")
+EVALUATION_SOURCES = (
+    _HERE.parent / "gait", _HERE / "acting.py", _HERE / "policy_table.py", _HERE / "evaluation.py",
+)  # fmt: skip
 EVALUATION_HASH = source_hash(*EVALUATION_SOURCES)
 PACKAGES = ("numpy", "scipy", "numba", "gymnasium", "stable-baselines3", "torch", "pandas", "matplotlib")
 

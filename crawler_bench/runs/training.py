@@ -18,7 +18,6 @@ from crawler_bench.runs.policy_table import greedy_policy
 
 CURVE_INTERVAL = 1000  # decisions between two points of the learning curve
 SNAPSHOTS = 80  # of the table of values, along the run
-SB3_SETTINGS = {"policy": "MlpPolicy", "device": "cpu"}
 
 
 def make_env(config: RunConfig) -> Any:
@@ -27,17 +26,21 @@ def make_env(config: RunConfig) -> Any:
     Raises:
         ConfigError: if the agent learns from one crawler alone.
     """
-    arguments = dict(config.environment)
+    arguments, keyhole = config.environment.task, config.environment.keyhole
     if config.crawlers == 1:
-        return gym.make(crawler_bench.ENV_ID, parameters=config.parameters, **arguments)
+        return gym.make(crawler_bench.KEYHOLE_IDS[keyhole], parameters=config.parameters, **arguments)
     if not is_stable_baselines(agent_class(config.agent)):
         raise ConfigError(
             f"crawlers = {config.crawlers}: {config.agent} learns from one crawler; "
             "only agents of Stable-Baselines3 learn from several"
         )
-    from crawler_bench.envs.sb3 import CrawlerVecEnv  # loads torch
+    # Both load torch.
+    from crawler_bench.envs.keyhole_sb3 import KeyholeVecEnv
+    from crawler_bench.envs.sb3 import CrawlerVecEnv
 
-    return CrawlerVecEnv(config.crawlers, config.parameters, **arguments)
+    if keyhole == "index":
+        return CrawlerVecEnv(config.crawlers, config.parameters, **arguments)
+    return KeyholeVecEnv(config.crawlers, config.parameters, **arguments, keyhole=keyhole)
 
 
 def make_agent(config: RunConfig, env: Any, seed: int) -> Agent:
@@ -54,13 +57,20 @@ def make_agent(config: RunConfig, env: Any, seed: int) -> Agent:
             if key not in known:
                 hint = nearest(key, names) if names else "; it takes no settings"
                 raise ConfigError(f"settings: {kind.__name__} knows no {key!r}{hint}")
-    usual = {key: value for key, value in SB3_SETTINGS.items() if is_stable_baselines(kind) and key in known}
+    usual = _usual_settings(kind) if is_stable_baselines(kind) else {}
+    usual = {key: value for key, value in usual.items() if key in known}
     try:
         return kind(env=env, seed=seed, **usual | config.settings)
     except (TypeError, AssertionError) as error:
         raise ConfigError(
             f"{kind.__name__}(env, seed={seed}, **{config.settings}) cannot be made: {error}"
         ) from None
+
+
+def _usual_settings(kind: Any) -> dict[str, Any]:
+    """The network for plain numbers, under the name that an algorithm of Stable-Baselines3 has for it."""
+    networks = [name for name in getattr(kind, "policy_aliases", {}) if name.startswith("Mlp")]
+    return {"policy": networks[0] if networks else "MlpPolicy", "device": "cpu"}
 
 
 def load_agent(folder: Path, config: RunConfig) -> Agent:
@@ -147,7 +157,8 @@ class LearningRecorder:
 
     def __init__(self, env: Any, agent: Agent, decisions: int, interval: int = CURVE_INTERVAL) -> None:
         self._crawler: Any = env.unwrapped
-        self._n = int(env.observation_space.n)
+        space = env.observation_space
+        self._n = int(space.n) if isinstance(space, gym.spaces.Discrete) else 0  # of a table; 0: there is none
         self._gradient_updates = 0
         optimizer = getattr(getattr(agent, "policy", None), "optimizer", None)
         if optimizer is not None:
@@ -174,7 +185,7 @@ class LearningRecorder:
             self.snapshots.append((done, table.copy()))
         if self._rows and done == self._rows[-1][0]:
             return
-        greedy = greedy_policy(agent, self._n)
+        greedy = greedy_policy(agent, self._n) if self._n else None
         policy = "" if greedy is None else policy_text(greedy)
         self._rows.append((done, self._gradient_updates, *self._crawler.lifetime, policy))
         if table is not None and (
