@@ -88,7 +88,7 @@ def tune(
     preset: PresetOption = Preset.paper,
     set_: Set = None,
     out: Annotated[
-        Path, typer.Option(help="Folder for the trials (CSV) and the best settings (YAML).")
+        Path, typer.Option(help="Folder for the trials (CSV) and the entry that was found (YAML).")
     ] = Path("results/tuning"),
     runs: Runs = RUNS,
     jobs: Jobs = 0,
@@ -96,17 +96,19 @@ def tune(
 ) -> None:
     """Search an agent's settings with Optuna; interrupted, the same command goes on."""
     from crawler_bench.config.files import config_folder, load_tuning
-    from crawler_bench.config.schema import to_yaml
+    from crawler_bench.benchmark.entries import tuned_entry
     from crawler_bench.output.csv_files import write_csv
     from crawler_bench.runs.tuning import tune as search
 
     path = Path(agent) if agent.endswith((".yaml", ".yml")) else config_folder() / "tuning" / f"{agent}.yaml"
     tuning = resized(load_tuning(path), "tuning", preset, set_)
-    best, trials = search(tuning, runs, jobs=jobs, quiet=quiet, say=logger(quiet))
+    best, trials, importance = search(tuning, runs, jobs=jobs, quiet=quiet, say=logger(quiet))
     out.mkdir(parents=True, exist_ok=True)
     write_csv(trials, out / f"{tuning.name}.csv")
-    (out / f"{tuning.name}.yaml").write_text(to_yaml(best))
-    console.print(f"{out / tuning.name}.csv, .yaml: {best.settings}", markup=False, soft_wrap=True)
+    write_csv(importance, out / f"{tuning.name}-importance.csv")
+    (out / f"{tuning.name}-tuned.yaml").write_text(tuned_entry(tuning, best))
+    print_frame(importance)
+    console.print(f"{out / tuning.name}-tuned.yaml, an entry: {best.settings}", markup=False, soft_wrap=True)
 
 
 def _entries(

@@ -82,7 +82,9 @@ def test_anyones_class_with_the_interface_is_an_agent(mine):
 
 def test_stable_baselines_agents_are_told_by_their_bases():
     found = {name: is_stable_baselines(agent_class(name)) for name in (*AGENTS, "sb3_contrib:QRDQN")}
-    assert {name for name, yes in found.items() if yes} == {"dqn", "ppo", "sb3_contrib:QRDQN"}
+    assert {name for name, yes in found.items() if yes} == {
+        "dqn", "ppo", "a2c", "qrdqn", "recurrent-ppo", "sb3_contrib:QRDQN"
+    }  # fmt: skip
 
 
 def test_several_crawlers_need_an_agent_that_learns_from_several():
