@@ -55,7 +55,9 @@ def reproduce(folder: Path, hash_: str, *, jobs: int, quiet: bool) -> pd.DataFra
         for old, new in ((runs, new_runs), (evaluations, new_evaluations), (curves, new_curves))
     )
 
-    again = rounded(summarize_benchmark(runs, evaluations, curves, lambda *_: ""))
+    path = folder / "ceilings.csv"
+    ceilings = read_csv(path) if path.is_file() else None
+    again = rounded(summarize_benchmark(runs, evaluations, curves, lambda *_: "", ceilings))
     cell = select(again, **key, metric=row["metric"]).iloc[0]
     before, low, high = (float(row[name]) for name in ("value", "low", "high"))
     now = float(cell["value"])

@@ -90,6 +90,7 @@ METRICS = (
            lambda runs: runs["off_diagonal"] == 0),
     _column("noise_area", "speed averaged over noise", "L/tau"),
     _column("decisions_to_final", "decisions to 90 % of the final speed"),
+    _column("decisions", "decisions learned from"),
     _column("gradient_updates", "gradient updates"),
 )  # fmt: skip
 

@@ -16,6 +16,7 @@ app = typer.Typer(
 for command in (paper.reproduce, readings.readings, runs.train, runs.evaluate, runs.render, benchmark.tune):
     app.command()(command)
 app.command()(benchmark.benchmark)
+app.command()(benchmark.certify)
 app.command("reproduce-cell")(benchmark.reproduce_cell)
 app.command("list")(installation.list_)
 app.command()(installation.doctor)

@@ -44,6 +44,10 @@ def benchmark(
         ),
     ] = None,
     runs: Runs = RUNS,
+    ceilings: Annotated[
+        bool | None,
+        typer.Option(help="Search for the best policies, too. Default: unless an option changes what is compared."),
+    ] = None,
     jobs: Jobs = 0,
     quiet: Quiet = False,
 ) -> None:
@@ -52,18 +56,43 @@ def benchmark(
     Interrupted, the same command goes on from the runs that were finished.
     """
     from crawler_bench.benchmark.benchmark import run_benchmark
+    from crawler_bench.benchmark.ceilings.ceilings import FULL, SMOKE, find_ceilings
     from crawler_bench.benchmark.results import overview, write_benchmark
 
     entries = _entries(preset, only or [], agent or [], seeds, set_ or [])
     changed = "-changed" if seeds or set_ or agent or only else "" if preset is Preset.paper else "-smoke"
     folder = out or RESULTS.with_name(RESULTS.name + changed)
     require_ours(folder, "benchmark", "summary.csv")
+    known = None
+    if (not changed or changed == "-smoke") if ceilings is None else ceilings:
+        effort = SMOKE if preset is Preset.smoke else FULL
+        levels = sorted({run.environment.regularization for entry in entries for run, _ in entry.runs()})
+        known = find_ceilings(entries[0].run, levels, runs, effort, jobs=jobs, say=logger(quiet))
     found = run_benchmark(entries, runs, jobs=jobs, quiet=quiet)
-    facts = write_benchmark(found, entries, folder, say=logger(quiet))
+    facts = write_benchmark(found, entries, folder, say=logger(quiet), ceilings=known)
     print_frame(overview(folder))
     console.print(facts, soft_wrap=True)
     written = f"{folder}: tables, figures, runs.csv, policies"
     conclude(written, preset is Preset.smoke, [each.error for each in found.failures])
+
+
+def certify(
+    results: Annotated[Path, typer.Option(help="Folder that `benchmark` wrote.")] = RESULTS,
+    jobs: Jobs = 0,
+) -> None:
+    """Certify again that no change of one or two entries improves the best known tables."""
+    from crawler_bench.benchmark.ceilings.ceilings import certificates
+    from crawler_bench.config.files import load_experiment
+    from crawler_bench.output.csv_files import read_csv
+
+    entries = sorted((results / "entries").glob("*.yaml"))
+    if not entries or not (results / "ceilings.csv").is_file():
+        raise ValueError(f"{results} holds no ceilings.csv with entries; `crawler-bench benchmark` writes both")
+    made = certificates(read_csv(results / "ceilings.csv"), load_experiment(entries[0]).run, jobs=jobs)
+    print_frame(made)
+    if not made["holds"].all():
+        raise RuntimeError(f"{(~made['holds']).sum()} of {len(made)} tables can be improved")
+    console.print(f"{len(made)} tables: no change of one or two entries improves any of them")
 
 
 def reproduce_cell(
