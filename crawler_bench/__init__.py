@@ -5,7 +5,6 @@ index of its most contracted segment, and the same body seen through other keyho
 `CrawlerOneHot-v0`, `CrawlerStrain-v0` and `CrawlerState-v0`.
 """
 
-
 import gymnasium as gym
 
 __version__ = "0.1.0"

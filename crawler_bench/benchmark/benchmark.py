@@ -3,8 +3,8 @@
 An entry is an experiment: an agent's configuration over seeds and regularizations. Each of its runs is
 evaluated twice, with the actions that the agent thinks best ("deterministic") and with those that it takes
 while it learns ("stochastic"); a run whose two policies are the same table counts once, under the name that
-fits the table. A policy that is no table (it has a memory, or another keyhole than the index) counts once if it
-earns the same in both, from every start and under every noise.
+fits the table. A policy that is no table (it has a memory, or another keyhole than the index) counts once if
+it earns the same in both, from every start and under every noise.
 """
 
 from collections.abc import Sequence

@@ -39,13 +39,14 @@ def tuned_entry(tuning: Tuning, best: RunConfig) -> str:
     entry = load_experiment(path) if path.is_file() else tuning
     content = {
         "agent": best.agent, "settings": best.settings, "decisions": entry.run.decisions,
-        "crawlers": entry.run.crawlers, "seeds": len(entry.seeds), "grid": {k: list(v) for k, v in entry.grid.items()},
+        "crawlers": entry.run.crawlers, "seeds": len(entry.seeds),
+        "grid": {key: list(values) for key, values in entry.grid.items()},
     }  # fmt: skip
     if entry.run.environment.keyhole != "index":
         content["environment"] = {"keyhole": entry.run.environment.keyhole}
     lines = (f"{key}: {json.dumps(value)}\n" for key, value in content.items() if value)
     seeds = f"{min(tuning.seeds)} to {max(tuning.seeds)}"
     return (
-        f"# The best of {tuning.trials} trials (results/tuning/{tuning.name}.csv, `crawler-bench tune {tuning.name}`) "
-        f"on the seeds {seeds}, which are not compared.\n" + "".join(lines)
+        f"# The best of {tuning.trials} trials (results/tuning/{tuning.name}.csv, `crawler-bench tune "
+        f"{tuning.name}`) on the seeds {seeds}, which are not compared.\n" + "".join(lines)
     )

@@ -1,4 +1,4 @@
-"""Which agents are compared with which, by the question that the pair answers; Holm corrects within a question."""
+"""Which agents are compared with which: by the question that a pair answers; Holm corrects within one."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -75,7 +75,9 @@ def _question(one: Trait, other: Trait) -> str | None:
     if one.algorithm == other.algorithm:
         return "keyhole" if one.keyhole != other.keyhole else "algorithm"
     if {one.keyhole, other.keyhole} == {"index"}:
-        recurrent = one.algorithm == RECURRENT + other.algorithm or other.algorithm == RECURRENT + one.algorithm
+        recurrent = (
+            one.algorithm == RECURRENT + other.algorithm or other.algorithm == RECURRENT + one.algorithm
+        )
         return "memory" if recurrent else "tuned algorithm" if one.tuned else "algorithm"
     remembering, seeing = (one, other) if one.keyhole == "index" else (other, one)
     wants = (seeing.keyhole, remembering.keyhole, remembering.algorithm)

@@ -1,4 +1,4 @@
-"""What a keyhole is worth, what memory is worth, and how runs are spread: frames from those of a benchmark."""
+"""What a keyhole is worth, what memory is worth, and how runs are spread, from a benchmark's frames."""
 
 import numpy as np
 import pandas as pd
@@ -32,10 +32,14 @@ def keyhole_worth(summary: pd.DataFrame, traits: pd.DataFrame) -> pd.DataFrame:
     rows = summary[summary["agent"].isin(kept) & summary["metric"].isin(SHOWN)].copy()
     rows["algorithm"] = rows["agent"].map(plain)
     rows["keyhole"] = rows["agent"].map({name: learners[name].keyhole for name in kept})
-    rows["memory"] = rows["agent"].map({name: learners[name].algorithm.startswith(RECURRENT) for name in kept})
+    rows["memory"] = rows["agent"].map(
+        {name: learners[name].algorithm.startswith(RECURRENT) for name in kept}
+    )
     place = rows["keyhole"].map({name: rank for rank, name in enumerate(ORDER)})
     keys = ["algorithm", "regularization", "mode", "metric", "_place", "memory"]
-    return rows.assign(_place=place).sort_values(keys, kind="stable", ignore_index=True).drop(columns="_place")
+    return (
+        rows.assign(_place=place).sort_values(keys, kind="stable", ignore_index=True).drop(columns="_place")
+    )
 
 
 def profiles(measured: pd.DataFrame, column: str = "score") -> pd.DataFrame:

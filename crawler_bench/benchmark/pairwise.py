@@ -21,7 +21,12 @@ COMPARED = ("speed", "reward", "noise_area", "cycle_duration")
 OWN = ("reward",)  # means something else at each regularization: not compared between two
 SIDES = ("first", "second")
 SAMPLES = "_samples"  # of a pair, until the number of tests is known
-FAMILY = ["family", "metric", "first_regularization", "second_regularization"]  # tests that are corrected together
+FAMILY = [
+    "family",
+    "metric",
+    "first_regularization",
+    "second_regularization",
+]  # tests that are corrected together
 
 
 def compare(
@@ -48,8 +53,8 @@ def compare(
         improvement, improvement_low, improvement_high: probability that a run of the first has the larger
         value (of a cycle duration the longer, not the better one), see `estimates.improvement`;
         tests: how many pairs its family has at this metric and regularization;
-        p, p_holm, p_fdr: two-sided paired permutation test, exact up to 13 seeds; Holm's correction over these
-        tests, and Benjamini and Hochberg's. They assume independent runs, which the seeds of an agent that
+        p, p_holm, p_fdr: two-sided paired permutation test, exact up to 13 seeds; Holm's correction over
+        these tests, and Benjamini and Hochberg's. They assume independent runs, which the seeds of an agent that
         neither learns nor draws are not; crossover,
         crossover_low, crossover_high (on the rows of noise_area): amplitude s at which the agent that is
         slower at s = 0 overtakes, NaN where it does not;

@@ -34,7 +34,8 @@ LEGEND = (
     "Only pairs that answer a question are tested: "
     + "; ".join(QUESTIONS.values())
     + ". Holm corrects within a question. A cell is the probability that a run of the row's agent earns more "
-    "reward than one of the column's, a tie counting half; `**` where Holm's p is below 0.05, `*` where only Benjamini and Hochberg's is. "
+    "reward than one of the column's, a tie counting half; `**` where Holm's p is below 0.05, `*` where only "
+    "Benjamini and Hochberg's is. "
 )
 MANY = 1000  # seeds; beyond, the number itself does not matter
 
@@ -121,7 +122,9 @@ def learned(runs: pd.DataFrame) -> pd.DataFrame:
         that are no table have no row.
     """
     rows = []
-    for (regularization, agent, mode), found in runs.dropna(subset="policy").groupby(KEY, sort=False)["policy"]:
+    for (regularization, agent, mode), found in runs.dropna(subset="policy").groupby(KEY, sort=False)[
+        "policy"
+    ]:
         counts = found.value_counts().sort_index().sort_values(ascending=False, kind="stable")
         rows.append({
             "regularization": f"{regularization:g}", "agent": agent, "mode": mode,
@@ -244,7 +247,10 @@ def worth_table(rows: pd.DataFrame) -> pd.DataFrame:
         return pd.DataFrame()
     key = ["algorithm", "regularization", "mode", "keyhole", "memory"]
     cells = rows.assign(
-        cell=[format_cell(*row) for row in rows[["value", "low", "high", "n"]].itertuples(index=False, name=None)]
+        cell=[
+            format_cell(*row)
+            for row in rows[["value", "low", "high", "n"]].itertuples(index=False, name=None)
+        ]
     )
     names = list(dict.fromkeys(rows["metric"]))
     order = pd.MultiIndex.from_frame(rows[key].drop_duplicates())
@@ -252,7 +258,8 @@ def worth_table(rows: pd.DataFrame) -> pd.DataFrame:
     wide.columns = pd.Index([metric(name).heading for name in names])
     flat = wide.fillna("-").reset_index()
     return flat.assign(
-        regularization=flat["regularization"].map("{:g}".format), memory=flat["memory"].map({True: "yes", False: "no"})
+        regularization=flat["regularization"].map("{:g}".format),
+        memory=flat["memory"].map({True: "yes", False: "no"}),
     )
 
 
@@ -264,7 +271,7 @@ def ceilings_table(ceilings: pd.DataFrame) -> pd.DataFrame:
         "best": ceilings["kind"],
         "reward per decision (L)": ceilings["reward"].map("{:.4g}".format),
         "speed (L/tau)": ceilings["speed"].map(format_number),
-        "policy": [f"`{text}`" if len(str(text)) <= 40 else "a table" for text in ceilings["policy"].fillna("-")],
+        "policy": [f"`{text}`" if len(text) <= 40 else "a table" for text in ceilings["policy"].fillna("-")],
         "known": ceilings["proof"],
     })  # fmt: skip
 
@@ -275,7 +282,9 @@ def _with_families(pairs: pd.DataFrame) -> pd.DataFrame:
         return pairs
     own = pairs["first_regularization"] != pairs["second_regularization"]
     tests = pairs.groupby(["metric", "first_regularization", "second_regularization"])["n"].transform("size")
-    return pairs.assign(family=own.map({True: REGULARIZATION, False: "all"}), tests=tests, seeds_to_decide=float("nan"))
+    return pairs.assign(
+        family=own.map({True: REGULARIZATION, False: "all"}), tests=tests, seeds_to_decide=float("nan")
+    )
 
 
 def blocks(folder: Path) -> dict[str, Callable[[], str]]:

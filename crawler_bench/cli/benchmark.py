@@ -46,7 +46,9 @@ def benchmark(
     runs: Runs = RUNS,
     ceilings: Annotated[
         bool | None,
-        typer.Option(help="Search for the best policies, too. Default: unless an option changes what is compared."),
+        typer.Option(
+            help="Search for the best policies, too. Default: unless an option changes what is compared."
+        ),
     ] = None,
     jobs: Jobs = 0,
     quiet: Quiet = False,
@@ -87,7 +89,9 @@ def certify(
 
     entries = sorted((results / "entries").glob("*.yaml"))
     if not entries or not (results / "ceilings.csv").is_file():
-        raise ValueError(f"{results} holds no ceilings.csv with entries; `crawler-bench benchmark` writes both")
+        raise ValueError(
+            f"{results} holds no ceilings.csv with entries; `crawler-bench benchmark` writes both"
+        )
     made = certificates(read_csv(results / "ceilings.csv"), load_experiment(entries[0]).run, jobs=jobs)
     print_frame(made)
     if not made["holds"].all():
@@ -124,8 +128,8 @@ def tune(
     quiet: Quiet = False,
 ) -> None:
     """Search an agent's settings with Optuna; interrupted, the same command goes on."""
-    from crawler_bench.config.files import config_folder, load_tuning
     from crawler_bench.benchmark.entries import tuned_entry
+    from crawler_bench.config.files import config_folder, load_tuning
     from crawler_bench.output.csv_files import write_csv
     from crawler_bench.runs.tuning import tune as search
 

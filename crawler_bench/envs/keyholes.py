@@ -39,7 +39,9 @@ def space(keyhole: str, n_segments: int) -> gym.spaces.Box:
         ValueError: if there is no such keyhole.
     """
     if keyhole not in KEYHOLES[1:]:
-        raise ValueError(f"keyhole = {keyhole!r} is not possible: it must be one of {', '.join(KEYHOLES[1:])}")
+        raise ValueError(
+            f"keyhole = {keyhole!r} is not possible: it must be one of {', '.join(KEYHOLES[1:])}"
+        )
     low, high = (0.0, 1.0) if keyhole == ONE_HOT else (-BOUND, BOUND)
     return gym.spaces.Box(low, high, (size(keyhole, n_segments),), np.float32)
 
@@ -117,7 +119,9 @@ class KeyholeBatch(CrawlerBatch):
         super().begin_ended()
         self.see(before, ended.astype(np.float64), ended)
 
-    def see(self, before: NDArray[np.uint64], observed: Array, which: NDArray[np.bool_] | None = None) -> None:
+    def see(
+        self, before: NDArray[np.uint64], observed: Array, which: NDArray[np.bool_] | None = None
+    ) -> None:
         """Look at crawlers that have just been observed.
 
         Args:

@@ -1,4 +1,4 @@
-"""Roll out what is no table: a policy with a memory, or one that looks through another keyhole than the index.
+"""Roll out what is no table: a policy with a memory, or one at another keyhole than the index.
 
 The policy is asked at every decision, as Stable-Baselines3's `evaluate_policy` asks it, with its state handed
 on. Starts, noise and samples are those of `rollout`: a table that is asked step by step gives the record of
@@ -22,11 +22,18 @@ SAMPLED = ("displacement", "velocity", "force", "power")  # of a node, as in a `
 
 
 class Policy(Protocol):
-    """How a policy is asked: K observations, its state (None at first), and which of the K just began."""
+    """How a policy is asked."""
 
     def __call__(
         self, observation: NDArray[Any], state: Any, episode_start: NDArray[np.bool_]
-    ) -> tuple[NDArray[np.int64], Any]: ...
+    ) -> tuple[NDArray[np.int64], Any]:
+        """Actions for K observations, and the state for the next ones.
+
+        Args:
+            observation: (K, ...).
+            state: what the last call returned; None at first.
+            episode_start: (K,) which crawls have just begun.
+        """
 
 
 def crawl(
@@ -39,7 +46,7 @@ def crawl(
     noise: Sequence[float],
     starts: Sequence[tuple[int, ...]],
 ) -> list[Record]:
-    """Act at random for a while, then ask a policy, and record the latter; see `rollout` for the same words.
+    """Act at random for a while, then ask a policy, and record the latter, as `rollout` does.
 
     Args:
         parameters: the crawler.
@@ -91,7 +98,9 @@ def _crawl(
         held += 1
         _sample(batch, samples[:, t + 1])
     time = parameters.decision_interval * np.arange(steps + 1, dtype=np.float64)
-    return [Record(time, *pages.transpose(1, 0, 2), acted) for pages, acted in zip(samples, actions, strict=True)]
+    return [
+        Record(time, *pages.transpose(1, 0, 2), acted) for pages, acted in zip(samples, actions, strict=True)
+    ]
 
 
 def _begin(

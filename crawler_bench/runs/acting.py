@@ -46,7 +46,9 @@ class Acting:
         """
         memory = {"state": state, "episode_start": episode_start}
         given = {name: memory[name] for name in self.keywords}
-        actions, state = ask(self.agent, observation, self.n_actions, deterministic=self.deterministic, **given)
+        actions, state = ask(
+            self.agent, observation, self.n_actions, deterministic=self.deterministic, **given
+        )
         if self.rate is not None:
             explores = self.rng.random(actions.size) < self.rate
             actions = np.where(explores, self.rng.integers(self.n_actions, size=actions.size), actions)

@@ -92,9 +92,7 @@ def is_stable_baselines(kind: type) -> bool:
     return any(base.__module__.startswith("stable_baselines3.") for base in kind.__mro__)
 
 
-def ask(
-    agent: Agent, observation: NDArray[Any], n_actions: int, **how: Any
-) -> tuple[NDArray[np.int64], Any]:
+def ask(agent: Agent, observation: NDArray[Any], n_actions: int, **how: Any) -> tuple[NDArray[np.int64], Any]:
     """Ask an agent what it does.
 
     Args:

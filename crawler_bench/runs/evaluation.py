@@ -26,7 +26,6 @@ from crawler_bench.runs.acting import policy_of
 from crawler_bench.runs.policy_table import probabilities
 from crawler_bench.runs.training import load_agent
 
-
 NO_TABLE = "none"  # the content of table.csv where the policy is no table
 
 

@@ -158,7 +158,9 @@ class LearningRecorder:
     def __init__(self, env: Any, agent: Agent, decisions: int, interval: int = CURVE_INTERVAL) -> None:
         self._crawler: Any = env.unwrapped
         space = env.observation_space
-        self._n = int(space.n) if isinstance(space, gym.spaces.Discrete) else 0  # of a table; 0: there is none
+        self._n = (
+            int(space.n) if isinstance(space, gym.spaces.Discrete) else 0
+        )  # of a table; 0: there is none
         self._gradient_updates = 0
         optimizer = getattr(getattr(agent, "policy", None), "optimizer", None)
         if optimizer is not None:

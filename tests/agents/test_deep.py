@@ -12,7 +12,10 @@ from agents.deep import A2C, DQN, PPO, QRDQN, REWARD_SCALE, RecurrentPPO, Scaled
 from crawler_bench.envs.crawler import CrawlerEnv
 from crawler_bench.envs.sb3 import CrawlerVecEnv
 
-OFF_POLICY, ON_POLICY = {"learning_starts": 32, "train_freq": 1}, {"n_steps": 16, "batch_size": 16, "n_epochs": 1}
+OFF_POLICY, ON_POLICY = (
+    {"learning_starts": 32, "train_freq": 1},
+    {"n_steps": 16, "batch_size": 16, "n_epochs": 1},
+)
 SHORT = {PPO: ON_POLICY, DQN: OFF_POLICY, A2C: {"n_steps": 16}, QRDQN: OFF_POLICY, RecurrentPPO: ON_POLICY}
 KINDS = pytest.mark.parametrize("kind", [DQN, PPO], ids=lambda kind: kind.__name__)
 ALL = pytest.mark.parametrize("kind", SHORT, ids=lambda kind: kind.__name__)

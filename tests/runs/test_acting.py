@@ -25,7 +25,14 @@ from crawler_bench.runs.training import train
 
 N = 10
 WARM_UP, DURATION = 20.0, 60.0
-TIMES = {"starts": 4, "warm_up": WARM_UP, "duration": DURATION, "settle": 0, "gait": DURATION, "evaluation.noise": [0, 0.1]}
+TIMES = {
+    "starts": 4,
+    "warm_up": WARM_UP,
+    "duration": DURATION,
+    "settle": 0,
+    "gait": DURATION,
+    "evaluation.noise": [0, 0.1],
+}
 RUN = override(RunConfig(), TIMES, "test")
 SHORT = {"n_steps": 32, "batch_size": 32, "n_epochs": 1}
 
@@ -60,7 +67,7 @@ class Started(gym.Wrapper):
         self.start = start
 
     def reset(self, **_: Any) -> tuple[Any, Any]:
-        observation, info = self.env.reset(seed=0)
+        _, info = self.env.reset(seed=0)
         crawler: Any = self.env.unwrapped
         begun = begin_crawl(crawler.parameters, WARM_UP, (RUN.evaluation.seed, self.start))
         crawler.memory[:] = begun.memory
@@ -70,7 +77,9 @@ class Started(gym.Wrapper):
         return np.int64(begun.observation), info
 
 
-def by_stable_baselines(agent: Any, keyhole: str = "index", episodes: int = 4, deterministic: bool = True) -> np.ndarray:
+def by_stable_baselines(
+    agent: Any, keyhole: str = "index", episodes: int = 4, deterministic: bool = True
+) -> np.ndarray:
     """Reward per decision of every episode, start by start."""
     kind, more = (CrawlerEnv, {}) if keyhole == "index" else (KeyholeEnv, {"keyhole": keyhole})
     limit = WARM_UP + DURATION  # the odometer of an episode has counted the warm-up, too
@@ -82,7 +91,12 @@ def by_stable_baselines(agent: Any, keyhole: str = "index", episodes: int = 4, d
     assert limit > DURATION
     envs = DummyVecEnv([lambda start=start: make(start) for start in range(4)])
     returns, lengths = evaluate_policy(
-        agent, envs, n_eval_episodes=episodes, deterministic=deterministic, return_episode_rewards=True, warn=False
+        agent,
+        envs,
+        n_eval_episodes=episodes,
+        deterministic=deterministic,
+        return_episode_rewards=True,
+        warn=False,
     )
     return np.array(returns) / np.array(lengths)
 
@@ -96,14 +110,18 @@ def ours(agent: Any, keyhole: str = "index", mode: str = "deterministic", seed: 
 
 @pytest.fixture(scope="module")
 def recurrent():
-    return RecurrentPPO("MlpLstmPolicy", gym.make(crawler_bench.ENV_ID), seed=0, learning_rate=0.01, **SHORT).learn(128)
+    return RecurrentPPO(
+        "MlpLstmPolicy", gym.make(crawler_bench.ENV_ID), seed=0, learning_rate=0.01, **SHORT
+    ).learn(128)
 
 
 def test_a_clock_gets_what_stable_baselines_gives_it():
     assert remembers(Clock(), N)
     rewards = ours(Clock())
     np.testing.assert_allclose(np.sort(rewards), np.sort(by_stable_baselines(Clock())), rtol=1e-4)
-    frozen = measure(RUN, 0, np.eye(N)[[0] * N], RUN.evaluation).starts  # what is seen of it without its state
+    frozen = measure(
+        RUN, 0, np.eye(N)[[0] * N], RUN.evaluation
+    ).starts  # what is seen of it without its state
     assert rewards.mean() > frozen["reward"].max()
 
 
@@ -131,7 +149,9 @@ def test_an_agent_at_another_keyhole_gets_what_stable_baselines_gives_it(keyhole
     )
 
 
-@pytest.mark.parametrize("body", [{}, {"decide_on": "change", "longest_hold": 0.6}], ids=["interval", "change"])
+@pytest.mark.parametrize(
+    "body", [{}, {"decide_on": "change", "longest_hold": 0.6}], ids=["interval", "change"]
+)
 def test_asked_step_by_step_a_table_crawls_as_in_the_compiled_loop(body):
     """To the last bit, with noise."""
     parameters = CrawlerParameters(**body)
@@ -139,7 +159,12 @@ def test_asked_step_by_step_a_table_crawls_as_in_the_compiled_loop(body):
     times = {"warm_up": 20.0, "duration": 60.0}
     starts, noise = [(1, 0), (1, 1), (1, 1)], [0.0, 0.0, 0.2]
     found = crawl(
-        parameters, lambda seen, state, begins: (chosen[seen], state), "index", noise=noise, starts=starts, **times
+        parameters,
+        lambda seen, state, begins: (chosen[seen], state),
+        "index",
+        noise=noise,
+        starts=starts,
+        **times,
     )
     for record, start, level in zip(found, starts, noise, strict=True):
         expected = rollout(parameters, np.eye(N)[chosen], noise=level, start=start, **times)
@@ -153,7 +178,9 @@ def test_the_index_and_its_one_hot_are_one_policy():
     chosen = np.array([0, 1, 2, 3, 4, 5, 6, 8, 7, 9])
     times = {"warm_up": 20.0, "duration": 60.0, "noise": [0.1], "starts": [(1, 0)]}
     index = crawl(CrawlerParameters(), lambda seen, state, _: (chosen[seen], state), "index", **times)
-    hot = crawl(CrawlerParameters(), lambda seen, state, _: (chosen[seen.argmax(axis=1)], state), "one-hot", **times)
+    hot = crawl(
+        CrawlerParameters(), lambda seen, state, _: (chosen[seen.argmax(axis=1)], state), "one-hot", **times
+    )
     np.testing.assert_array_equal(index[0].displacement, hot[0].displacement)
 
 
@@ -173,7 +200,12 @@ def test_a_run_of_an_agent_with_a_memory_has_no_digits(tmp_path, mode, monkeypat
     settings = {f"settings.{name}": value for name, value in SHORT.items()}
     run = override(
         RUN,
-        {"agent": "sb3_contrib:RecurrentPPO", "decisions": 64, "settings.policy": "MlpLstmPolicy", "mode": mode}
+        {
+            "agent": "sb3_contrib:RecurrentPPO",
+            "decisions": 64,
+            "settings.policy": "MlpLstmPolicy",
+            "mode": mode,
+        }
         | settings,
         "test",
     )

@@ -78,7 +78,11 @@ def test_an_entry_is_made_of_what_was_found(tuned, tmp_path):
     entry = load_experiment(tmp_path / "qlearning-tuned.yaml")
     default = load_experiment(config_folder() / "benchmark" / "qlearning.yaml")
     assert entry.run.settings == best.settings
-    assert (entry.run.decisions, entry.seeds, entry.grid) == (default.run.decisions, default.seeds, default.grid)
+    assert (entry.run.decisions, entry.seeds, entry.grid) == (
+        default.run.decisions,
+        default.seeds,
+        default.grid,
+    )
 
 
 def test_the_start_comes_first_and_all_stay_in_range(tuned):
@@ -100,7 +104,9 @@ def test_repeated_it_looks_up_and_gives_the_same(tuned, monkeypatch):
 
 def test_a_trial_that_fails_is_listed(tmp_path):
     text = SEARCH.replace("values: [0.05, 0.2]", "values: [0.2, .inf]").replace("trials: 12", "trials: 5")
-    best, trials, _ = tune(search(tmp_path, text), tmp_path / "runs", jobs=1, quiet=True, say=lambda text: None)
+    best, trials, _ = tune(
+        search(tmp_path, text), tmp_path / "runs", jobs=1, quiet=True, say=lambda text: None
+    )
     failed = trials[trials["settings.initial_q"] == float("inf")]
     assert len(failed) > 0
     assert set(failed["state"]) == {FAILED}

@@ -24,7 +24,9 @@ from crawler_bench.runs import store
 RANDOM, TABLE, STOCHASTIC, STATE, TREE = KINDS = ("random", "table", "stochastic table", "state", "tree")
 NOISE = 0.1  # s of the ceilings with noise
 HORIZONS = (50, 100, 200)  # decisions that the policy on the whole state looks ahead
-OPTIMISM = 1.5  # a crawl of the tree is cut that could not win by earning so many times the best table's reward
+OPTIMISM = (
+    1.5  # a crawl of the tree is cut that could not win by earning so many times the best table's reward
+)
 SEED = 2020
 COLUMNS = ["regularization", "noise", "kind", "reward", "speed", "policy", "proof"]
 
@@ -100,7 +102,12 @@ def certificates(ceilings: pd.DataFrame, run: RunConfig, *, jobs: int) -> pd.Dat
     """
     tables = ceilings[ceilings["kind"] == TABLE]
     wanted = [
-        (row["regularization"], row["noise"], row["policy"], np.array([int(digit, 36) for digit in row["policy"]]))
+        (
+            row["regularization"],
+            row["noise"],
+            row["policy"],
+            np.array([int(digit, 36) for digit in row["policy"]]),
+        )
         for row in tables.to_dict("records")
     ]
     workers = Parallel(n_jobs=jobs or -1)
@@ -128,9 +135,10 @@ def _search(objective: Objective, effort: Effort) -> list[tuple[Any, ...]]:
         _row(objective, RANDOM, objective.of_table(uniform)[0], uniform, "every neuron equally likely"),
         _row(
             objective, TABLE, climbed.worth, table,
-            f"{climbed.ended_there} of {climbed.climbs} climbs end there, the others at {climbed.ends - 1} other "
-            f"worths; no change of one or two entries improves it ({certificate.measured} of {certificate.changes} "
-            f"measured, the best to {certificate.best_change:.3e}): {'holds' if certificate.holds else 'FAILS'}",
+            f"{climbed.ended_there} of {climbed.climbs} climbs end there, the others at {climbed.ends - 1} "
+            f"other worths; no change of one or two entries improves it: "
+            f"{'holds' if certificate.holds else 'FAILS'} ({certificate.measured} of {certificate.changes} "
+            f"measured, the best earns {certificate.best_change:.4g})",
         ),
         _row(
             objective, STOCHASTIC, evolved.worth, evolved.table,
@@ -155,8 +163,8 @@ def _tree_row(objective: Objective, policy: Policy, effort: Effort) -> tuple[Any
     best, found, (ended, given_up, cut) = alone.best_of_tree(0, effort.most_visited, limit)
     words = (
         f"from the first start, where the best table earns {worth:.3e}: no table that visits at most "
-        f"{effort.most_visited} observations earns more than this, if none earns more than {OPTIMISM:g} times that "
-        f"in what is left of a crawl; {ended} crawls to the end, {cut} cut, {given_up} visit more observations"
+        f"{effort.most_visited} observations earns more than this, if none earns more than {OPTIMISM:g} times "
+        f"that in what is left of a crawl; {ended} crawls to the end, {cut} cut, {given_up} visit more"
     )
     text = "".join("-" if action < 0 else np.base_repr(action, 36).lower() for action in found)
     return (objective.regularization, objective.noise, TREE, best, np.nan, text, words)

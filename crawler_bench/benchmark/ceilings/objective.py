@@ -72,15 +72,18 @@ class Objective:
             )  # fmt: skip
         return total / (self.steps * len(self._keys))
 
-    def best_of_tree(self, start: int, most_visited: int, limit: float) -> tuple[float, Policy, NDArray[np.int64]]:
-        """See `explore`: worth (L per decision) and policy of the best, and counts of crawls, from one start."""
+    def best_of_tree(
+        self, start: int, most_visited: int, limit: float
+    ) -> tuple[float, Policy, NDArray[np.int64]]:
+        """From one start, as `explore` does: worth of the best (L per decision), policy, counts of crawls."""
         n, begun = self.parameters.n_segments, self._starts[start]
         memories = np.zeros((n + 2, begun.memory.size))
         memories[0] = begun.memory
         best, counts = np.full(n, -1, dtype=np.int64), np.zeros(3, dtype=np.int64)
         total = explore(
             memories, begun.observation, np.full(n, -1, dtype=np.int64), self._quiet_task, self._words(begun),
-            self.steps, most_visited, limit, best, np.zeros((3, n + 1), dtype=np.int64), counts, np.zeros(n + 1),
+            self.steps, most_visited, limit, best, np.zeros((3, n + 1), dtype=np.int64), counts,
+            np.zeros(n + 1),
         )  # fmt: skip
         return total / self.steps, best, counts
 

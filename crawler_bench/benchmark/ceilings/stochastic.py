@@ -12,7 +12,9 @@ from cmaes import CMA
 from crawler_bench.benchmark.ceilings.objective import Objective, Policy
 from crawler_bench.physics.state import Array
 
-SURE = 3.0  # logit with which the search begins at the action of the best deterministic table; the others are 0
+SURE = (
+    3.0  # logit with which the search begins at the action of the best deterministic table; the others are 0
+)
 STEP = 1.0  # standard deviation of the first candidates
 FRESH = 12  # seeds of the draws with which the result is measured
 _SEARCH_SEED = 1000  # of the draws during the search; no run is measured with it
@@ -49,7 +51,9 @@ def evolve(objective: Objective, policy: Policy, generations: int, seed: int) ->
     worths = [[objective.of_table(table, each)[0] for each in range(FRESH)] for table in found]
     best = int(np.argmax(np.mean(worths, axis=1)))
     chosen = np.array(worths[best])
-    return Stochastic(found[best], float(chosen.mean()), float(chosen.std(ddof=1) / np.sqrt(FRESH)), candidates)
+    return Stochastic(
+        found[best], float(chosen.mean()), float(chosen.std(ddof=1) / np.sqrt(FRESH)), candidates
+    )
 
 
 def soften(logits: Array, n: int) -> Array:

@@ -37,10 +37,15 @@ def worth(rows: pd.DataFrame, ceilings: pd.DataFrame) -> Figure:
             here = select(shown, algorithm=algorithm, regularization=level)
             for shift, (mode, (colour, marker)) in zip((-0.12, 0.12), MODE_LOOKS.items(), strict=True):
                 chosen = select(here, mode=mode)
-                at = [len(ORDER) if memory else ORDER.index(name) for name, memory in chosen[["keyhole", "memory"]].to_numpy()]
+                at = [
+                    len(ORDER) if memory else ORDER.index(name)
+                    for name, memory in chosen[["keyhole", "memory"]].to_numpy()
+                ]
                 values = chosen[["value", "low", "high"]].to_numpy(np.float64)
                 error = np.abs(values[:, 1:].T - values[:, 0])
-                axes.errorbar(np.array(at) + shift, values[:, 0], error, ls="", marker=marker, color=colour, label=mode)
+                axes.errorbar(
+                    np.array(at) + shift, values[:, 0], error, ls="", marker=marker, color=colour, label=mode
+                )
         line[0].set_ylabel(_NAMES["reward"])
     looks.legend(figure, panels.ravel().tolist(), 5)
     return figure
@@ -51,7 +56,14 @@ def _ceilings(axes: object, ceilings: pd.DataFrame, level: float) -> None:
         return
     for kind, dashes in (("random", "--"), ("table", "-."), ("stochastic table", ":"), ("state", "-")):
         for value in select(ceilings, kind=kind, regularization=level, noise=0.0)["reward"]:
-            axes.axhline(value, color=style.GREY, ls=dashes, lw=1, zorder=0.5, label=f"best {kind}" if kind != "random" else kind)  # type: ignore[attr-defined]
+            axes.axhline(
+                value,
+                color=style.GREY,
+                ls=dashes,
+                lw=1,
+                zorder=0.5,
+                label=f"best {kind}" if kind != "random" else kind,
+            )  # type: ignore[attr-defined]
 
 
 def profiles(frame: pd.DataFrame, agents: list[str]) -> Figure:
@@ -67,8 +79,23 @@ def profiles(frame: pd.DataFrame, agents: list[str]) -> Figure:
             style.tidy(axes, f"{mode}, ε = {level:g}")
             for agent, rows in select(frame, mode=mode, regularization=level).groupby("agent", sort=False):
                 look = look_of[str(agent)]
-                axes.step(rows["threshold"], rows["share"], color=look.colour, ls=look.dashes, where="post", label=agent)
-                axes.fill_between(rows["threshold"], rows["low"], rows["high"], color=look.colour, alpha=0.1, lw=0, step="post")
+                axes.step(
+                    rows["threshold"],
+                    rows["share"],
+                    color=look.colour,
+                    ls=look.dashes,
+                    where="post",
+                    label=agent,
+                )
+                axes.fill_between(
+                    rows["threshold"],
+                    rows["low"],
+                    rows["high"],
+                    color=look.colour,
+                    alpha=0.1,
+                    lw=0,
+                    step="post",
+                )
         line[0].set_ylabel("share of runs")
     for axes in panels[-1]:
         axes.set_xlabel(_NAMES[str(frame["of"].iloc[0])])
