@@ -1,9 +1,10 @@
 """Deep agents in the form that their libraries give them.
 
-DQN, PPO and A2C are Stable-Baselines3's, QR-DQN and recurrent PPO are sb3-contrib's. Three things are the crawler's: gamma is that of [M20]; rewards are multiplied by REWARD_SCALE while learning,
-because a decision earns about a thousandth of a rest length, far below the rewards of order one that these
-defaults assume (no optimal policy changes); and torch runs in one thread. All else that a configuration does
-not set is the library's default, the optimizer's included.
+DQN, PPO and A2C are Stable-Baselines3's, QR-DQN and recurrent PPO are sb3-contrib's. Three things are the
+crawler's: gamma is that of [M20]; rewards are multiplied by REWARD_SCALE while learning, because a decision
+earns about a thousandth of a rest length, far below the rewards of order one that these defaults assume (no
+optimal policy changes); and torch runs in one thread. All else that a configuration does not set is the
+library's default, the optimizer's included.
 """
 
 from typing import Any

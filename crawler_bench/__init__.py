@@ -5,7 +5,12 @@ index of its most contracted segment, and the same body seen through other keyho
 `CrawlerOneHot-v0`, `CrawlerStrain-v0` and `CrawlerState-v0`.
 """
 
+from typing import TYPE_CHECKING, Any
+
 import gymnasium as gym
+
+if TYPE_CHECKING:
+    from pathlib import Path
 
 __version__ = "0.1.0"
 
@@ -31,3 +36,10 @@ for _keyhole, _id in KEYHOLE_IDS.items():
             vector_entry_point="crawler_bench.envs.keyhole_envs:KeyholeVectorEnv",
             kwargs={"keyhole": _keyhole},
         )
+
+
+def record(env: Any, folder: "str | Path", agent: str = "", seed: int | None = None) -> Any:
+    """Make a crawler record what any learner does with it; see `crawler_bench.runs.recorder.record`."""
+    from crawler_bench.runs import recorder
+
+    return recorder.record(env, folder, agent, seed)

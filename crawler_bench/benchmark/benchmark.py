@@ -183,21 +183,33 @@ def learning_curves(outcomes: Sequence[Outcome]) -> pd.DataFrame:
         learning = pd.read_csv(outcome.folder / "learning.csv", dtype={"policy": str}).sort_values(
             "decisions"
         )
-        decisions = learning["decisions"].to_numpy(float)
-        windows = min(WINDOWS, len(decisions) - 1)
-        if windows < FEWEST_WINDOWS:  # an agent that hardly ever calls back while it learns
-            continue
-        ends = np.linspace(0, decisions[-1], windows + 1)
-        time, distance, updates = (
-            np.interp(ends, decisions, learning[column].to_numpy(float))
-            for column in ("time", "distance", "gradient_updates")
-        )
-        elapsed = np.diff(time)
-        agent, regularization, seed = learner_of(outcome)
-        curves.append(pd.DataFrame({
-            "agent": agent, "regularization": regularization, "seed": seed,
-            "decisions": ends[1:], "gradient_updates": updates[1:],
-            "speed": np.diff(distance) / np.where(elapsed > 0, elapsed, np.nan),
-            "policy": learning["policy"].to_numpy()[np.searchsorted(decisions, ends[1:], side="right") - 1],
-        }))  # fmt: skip
+        if (curve := windows(dict(zip(LEARNER, learner_of(outcome), strict=True)), learning)) is not None:
+            curves.append(curve)
     return pd.concat(curves, ignore_index=True) if curves else pd.DataFrame(columns=CURVE)
+
+
+def windows(learner: dict[str, Any], learning: pd.DataFrame) -> pd.DataFrame | None:
+    """A learning curve in windows of equally many decisions.
+
+    Args:
+        learner: by the names of LEARNER.
+        learning: rows in the order of their decisions, with gradient_updates, time, distance and policy.
+
+    Returns:
+        One row per window; None of a run that hardly ever called back while it learned.
+    """
+    decisions = learning["decisions"].to_numpy(float)
+    count = min(WINDOWS, len(decisions) - 1)
+    if count < FEWEST_WINDOWS:
+        return None
+    ends = np.linspace(0, decisions[-1], count + 1)
+    time, distance, updates = (
+        np.interp(ends, decisions, learning[column].to_numpy(float))
+        for column in ("time", "distance", "gradient_updates")
+    )
+    elapsed = np.diff(time)
+    return pd.DataFrame(learner | {
+        "decisions": ends[1:], "gradient_updates": updates[1:],
+        "speed": np.diff(distance) / np.where(elapsed > 0, elapsed, np.nan),
+        "policy": learning["policy"].to_numpy()[np.searchsorted(decisions, ends[1:], side="right") - 1],
+    })  # fmt: skip

@@ -5,6 +5,7 @@ from collections.abc import Iterable
 
 import pandas as pd
 
+from crawler_bench.benchmark.recorded import Recorded
 from crawler_bench.config.files import config_folder, load_experiment
 from crawler_bench.config.schema import Experiment, RunConfig, Tuning
 
@@ -12,8 +13,12 @@ TUNED = "-tuned"
 TRAITS = ["agent", "algorithm", "keyhole", "tuned"]
 
 
-def traits(entries: Iterable[Experiment]) -> pd.DataFrame:
+def traits(entries: Iterable[Experiment], others: Iterable[Recorded] = ()) -> pd.DataFrame:
     """What entries have in common and what not, which says who is compared with whom.
+
+    Args:
+        entries: of the benchmark.
+        others: recorded runs; a learner that is not ours is an algorithm of its own.
 
     Returns:
         One row per entry: agent (its name), algorithm (the class it runs, in small letters), keyhole, tuned
@@ -26,7 +31,8 @@ def traits(entries: Iterable[Experiment]) -> pd.DataFrame:
         )
         for each in entries
     ]  # fmt: skip
-    return pd.DataFrame(rows, columns=TRAITS)
+    rows += [(each.agent, each.agent, each.config.environment.keyhole, False) for each in others]
+    return pd.DataFrame(rows, columns=TRAITS).drop_duplicates("agent", ignore_index=True)
 
 
 def tuned_entry(tuning: Tuning, best: RunConfig) -> str:

@@ -81,7 +81,7 @@ def _read(path: Path) -> pd.DataFrame:
 def _find(hash_: str, summary: pd.DataFrame, runs: pd.DataFrame) -> tuple["pd.Series[Any]", bool]:
     """The row with a hash, and whether it is a run's."""
     for frame, of_run in ((summary, False), (runs, True)):
-        found = frame[frame["hash"].str.startswith(hash_.removeprefix("#"))]
+        found = frame[frame["hash"].fillna("").str.startswith(hash_.removeprefix("#"))]
         if len(found) > 1:
             raise NotARunError(f"{len(found)} cells have a hash that begins with {hash_}: write it in full")
         if len(found) == 1:

@@ -18,6 +18,7 @@ from crawler_bench.benchmark.figures import curves, keyholes, policies, scores
 from crawler_bench.benchmark.keyholes import keyhole_worth, profiles
 from crawler_bench.benchmark.keys import GROUP, LEARNER, RUN, Group, action_columns, select
 from crawler_bench.benchmark.pairwise import compare
+from crawler_bench.benchmark.recorded import Recorded
 from crawler_bench.benchmark.summary import measure_runs, summarize_benchmark
 from crawler_bench.benchmark.tables import cost_sentence, write_tables
 from crawler_bench.benchmark.temperature import speed_against_temperature
@@ -45,6 +46,7 @@ def write_benchmark(
     *,
     say: Callable[[str], None],
     ceilings: pd.DataFrame | None = None,
+    others: Sequence[Recorded] = (),
 ) -> str:
     """Write everything, all or nothing.
 
@@ -54,6 +56,7 @@ def write_benchmark(
         folder: where to write; replaced.
         say: called with each step in words.
         ceilings: of `ceilings.find_ceilings`; without them nothing is measured against a ceiling.
+        others: recorded runs, which `found` holds already.
 
     Returns:
         One sentence: what all runs cost.
@@ -64,7 +67,7 @@ def write_benchmark(
         say("measuring traps, and speed against the temperature of a policy")
         explained, shares = _explain(found, entries)
         known = pd.DataFrame(columns=COLUMNS) if ceilings is None else rounded(ceilings)
-        frames = _frames(found, hasher, traits(entries), known) | explained
+        frames = _frames(found, hasher, traits(entries, others), known) | explained
         for name, frame in frames.items():
             write_csv(frame, draft / f"{name}.csv")
         (draft / "tables").mkdir()
@@ -137,7 +140,8 @@ def _representatives(found: Benchmark) -> dict[Group, Outcome]:
             if (each.cell.experiment, each.cell.config.environment.regularization) == (agent, regularization)
             and _is_mode(found, agent, mode, each)
         ]
-        shown[agent, mode, regularization] = typical_run(rows, candidates)
+        if candidates:  # a recorded run has no agent to show
+            shown[agent, mode, regularization] = typical_run(rows, candidates)
     return shown
 
 

@@ -55,10 +55,13 @@ def benchmark(
 ) -> None:
     """Train and compare agents: speed, cycle duration, robustness to noise; tables and figures.
 
-    Interrupted, the same command goes on from the runs that were finished.
+    Interrupted, the same command goes on from the runs that were finished. With --runs FOLDER, what
+    `crawler_bench.record` and Stable-Baselines3's Monitor left in that folder stands in the tables, too.
     """
     from crawler_bench.benchmark.benchmark import run_benchmark
     from crawler_bench.benchmark.ceilings.ceilings import FULL, SMOKE, find_ceilings
+    from crawler_bench.benchmark.recorded import find as find_recorded
+    from crawler_bench.benchmark.recorded import unknown, with_recorded
     from crawler_bench.benchmark.results import overview, write_benchmark
 
     entries = _entries(preset, only or [], agent or [], seeds, set_ or [])
@@ -71,7 +74,11 @@ def benchmark(
         levels = sorted({run.environment.regularization for entry in entries for run, _ in entry.runs()})
         known = find_ceilings(entries[0].run, levels, runs, effort, jobs=jobs, say=logger(quiet))
     found = run_benchmark(entries, runs, jobs=jobs, quiet=quiet)
-    facts = write_benchmark(found, entries, folder, say=logger(quiet), ceilings=known)
+    others = find_recorded(runs, entries[0].run) if runs != RUNS else []
+    for missing in filter(None, map(unknown, others)):
+        logger(quiet)(missing)
+    found = with_recorded(found, others, entries[0].run)
+    facts = write_benchmark(found, entries, folder, say=logger(quiet), ceilings=known, others=others)
     print_frame(overview(folder))
     console.print(facts, soft_wrap=True)
     written = f"{folder}: tables, figures, runs.csv, policies"

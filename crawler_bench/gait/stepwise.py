@@ -50,8 +50,8 @@ def crawl(
 
     Args:
         parameters: the crawler.
-        policy: asked for all crawls at once where every interval is a decision; crawl by crawl where an action
-            may be held (reading `decide_on`).
+        policy: asked for all crawls at once where every interval is a decision; crawl by crawl where an
+            action may be held (reading `decide_on`).
         keyhole: what it observes.
         warm_up: tau_theta.
         duration: tau_theta.

@@ -2,6 +2,7 @@
 
 import inspect
 import time
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +16,8 @@ from crawler_bench.gait.metrics import policy_text
 from crawler_bench.runs import store
 from crawler_bench.runs.agent import Agent, agent_class, is_stable_baselines
 from crawler_bench.runs.policy_table import greedy_policy
+
+Learner = Callable[[RunConfig, int, bool], tuple[Agent, "LearningRecorder"]]
 
 CURVE_INTERVAL = 1000  # decisions between two points of the learning curve
 SNAPSHOTS = 80  # of the table of values, along the run
@@ -94,7 +97,9 @@ def agent_file(folder: Path) -> Path:
     return saved[0] if saved else folder / "agent.json"
 
 
-def train(config: RunConfig, seed: int, root: Path, progress_bar: bool = False) -> Path:
+def train(
+    config: RunConfig, seed: int, root: Path, progress_bar: bool = False, learner: Learner | None = None
+) -> Path:
     """Train a run, unless it is there already.
 
     Args:
@@ -102,6 +107,7 @@ def train(config: RunConfig, seed: int, root: Path, progress_bar: bool = False) 
         seed: of agent and environment.
         root: folder of run folders.
         progress_bar: show one.
+        learner: how to learn; by default `learn`.
 
     Returns:
         The run's folder: config.yaml, command.txt, manifest.json, learning.csv, the saved agent and, for an
@@ -111,7 +117,7 @@ def train(config: RunConfig, seed: int, root: Path, progress_bar: bool = False) 
     if store.is_run(folder):
         return folder
     started = time.time()
-    agent, recorder = learn(config, seed, progress_bar)
+    agent, recorder = (learner or learn)(config, seed, progress_bar)
     with store.publish(folder) as draft:
         store.write_config(draft, config, seed)
         store.write_command(draft)
@@ -121,6 +127,8 @@ def train(config: RunConfig, seed: int, root: Path, progress_bar: bool = False) 
         if recorder.snapshots:
             decisions, tables = zip(*recorder.snapshots, strict=True)
             np.savez_compressed(draft / "snapshots.npz", decisions=decisions, q_table=np.array(tables))
+        for name, content in recorder.files.items():
+            (draft / name).write_bytes(content)
         store.write_manifest(draft, started, seed=seed, agent=config.agent)
     return folder
 
@@ -167,6 +175,7 @@ class LearningRecorder:
             optimizer.register_step_post_hook(self._count_update)
         self._rows: list[tuple[int, int, float, float, str]] = []
         self.snapshots: list[tuple[int, np.ndarray[Any, Any]]] = []
+        self.files: dict[str, bytes] = {}  # what else a run's folder shall hold
         self._interval = interval
         self._snapshot_interval = max(interval, decisions // SNAPSHOTS)
 
@@ -194,6 +203,16 @@ class LearningRecorder:
             not self.snapshots or done - self.snapshots[-1][0] >= self._snapshot_interval
         ):
             self.snapshots.append((done, table.copy()))
+
+    def go_on(self, curve: pd.DataFrame, gradient_updates: int) -> None:
+        """Go on from a curve, as `curve` gave it, and a number of gradient updates."""
+        self._rows = list(curve.itertuples(index=False, name=None))
+        self._gradient_updates = gradient_updates
+
+    @property
+    def gradient_updates(self) -> int:
+        """Gradient updates so far."""
+        return self._gradient_updates
 
     def curve(self) -> pd.DataFrame:
         """One row per recorded point: decisions, gradient_updates, time, distance, policy (in digits)."""

@@ -163,7 +163,7 @@ def _tree_row(objective: Objective, policy: Policy, effort: Effort) -> tuple[Any
     best, found, (ended, given_up, cut) = alone.best_of_tree(0, effort.most_visited, limit)
     words = (
         f"from the first start, where the best table earns {worth:.3e}: no table that visits at most "
-        f"{effort.most_visited} observations earns more than this, if none earns more than {OPTIMISM:g} times "
+        f"{effort.most_visited} observations earns more than this, if none earns over {OPTIMISM:g} times "
         f"that in what is left of a crawl; {ended} crawls to the end, {cut} cut, {given_up} visit more"
     )
     text = "".join("-" if action < 0 else np.base_repr(action, 36).lower() for action in found)
