@@ -3,6 +3,7 @@
 import typer
 
 from crawler_bench.cli import benchmark, installation, paper, readings, runs
+from crawler_bench.cli import watch as watching
 from crawler_bench.cli.console import one_line_errors
 from crawler_bench.cli.options import find_modules_here
 
@@ -17,6 +18,7 @@ for command in (paper.reproduce, readings.readings, runs.train, runs.evaluate, r
     app.command()(command)
 app.command()(benchmark.benchmark)
 app.command()(benchmark.certify)
+app.command()(watching.watch)
 app.command("reproduce-cell")(benchmark.reproduce_cell)
 app.command("list")(installation.list_)
 app.command()(installation.doctor)

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from crawler_bench.cli.console import console, logger, notes, print_frame
+from crawler_bench.cli.long_runs import Continue, EvalEvery, SaveEvery, Tensorboard, go_on
 from crawler_bench.cli.options import RUNS, Quiet, Seeds, Set, evaluation_overrides
 
 if TYPE_CHECKING:
@@ -13,18 +14,28 @@ if TYPE_CHECKING:
 
 
 def train(
-    agent: Annotated[str, typer.Argument(help="A registered agent (see `list`) or module:Class.")],
+    agent: Annotated[str, typer.Argument(help="A registered agent (see `list`) or module:Class.")] = "",
     config: Annotated[Path | None, typer.Option(help="YAML file; default: the defaults of the code.")] = None,
     seed: Annotated[int, typer.Option(min=0, help="Seed of agent and environment.")] = 0,
     seeds: Seeds = None,
     set_: Set = None,
     out: Annotated[Path, typer.Option(help="Folder that gets the run's folder.")] = RUNS,
+    save_every: SaveEvery = 0,
+    eval_every: EvalEvery = 0,
+    tensorboard: Tensorboard = None,
+    continue_: Continue = None,
     quiet: Quiet = False,
 ) -> None:
     """Train one agent, once for each seed; prints the run folders."""
+    if bool(agent) == (continue_ is not None):
+        raise ValueError("`train` takes an agent, or --continue RUN, and one of the two")
+    if continue_ is not None:
+        go_on(continue_, save_every, eval_every, tensorboard, notes.is_terminal and not quiet)
+        return
     from crawler_bench.config.files import agent_spec, load_experiment, parse_assignments
     from crawler_bench.config.schema import RunConfig, override, parse_seeds
     from crawler_bench.runs.agent import agent_class
+    from crawler_bench.runs.checkpoints import Habits, train_long
     from crawler_bench.runs.training import train as train_run
 
     if seeds and seed:
@@ -35,7 +46,9 @@ def train(
     run = override(run, {"agent": agent} | parse_assignments(set_ or []), "--set")
     agent_class(run.agent)  # before anything is computed
     for each in parse_seeds(seeds) if seeds else (seed,):
-        folder = train_run(run, each, out, progress_bar=notes.is_terminal and not quiet)
+        shows = notes.is_terminal and not quiet
+        habits = Habits(save_every, eval_every, tensorboard)
+        folder = train_long(run, each, out, habits, shows) if habits.any else train_run(run, each, out, shows)
         console.print(str(folder), markup=False, soft_wrap=True)
 
 
