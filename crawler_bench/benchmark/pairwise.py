@@ -56,8 +56,8 @@ def compare(
         p, p_holm, p_fdr: two-sided paired permutation test, exact up to 13 seeds; Holm's correction over
         these tests, and Benjamini and Hochberg's. They assume independent runs, which the seeds of an agent
         that neither learns nor draws are not;
-        crossover, crossover_low, crossover_high (on the rows of noise_area): amplitude s at which the agent that
-        is slower at s = 0 overtakes, NaN where it does not;
+        crossover, crossover_low, crossover_high (on the rows of noise_area): amplitude s at which the agent
+        that is slower at s = 0 overtakes, NaN where it does not;
         crossover_share: share of resamples of the runs in which it does;
         overtakes: "first" or "second", empty where neither does;
         seeds_needed: see `seeds_needed`;
