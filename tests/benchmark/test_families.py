@@ -67,7 +67,7 @@ def test_holm_corrects_within_a_question_and_says_how_many_tests():
 
 
 def test_as_many_seeds_as_it_says_are_enough_and_half_are_not():
-    """Power by simulation: with these seeds a difference as large passes Holm's hardest step in 80 % of cases."""
+    """By simulation: with these seeds a difference as large passes Holm's hardest step in 80 % of cases."""
     rng, tests = np.random.default_rng(0), 10
     pilot = rng.normal(1.0, 1.0, size=4000), np.zeros(4000)
     needed = int(seeds_to_decide(*pilot, tests))
