@@ -5,6 +5,8 @@ import pandas as pd
 
 from crawler_bench.benchmark.families import RECURRENT, traits_of
 from crawler_bench.benchmark.keys import GROUP
+from crawler_bench.benchmark.summary import metric
+from crawler_bench.output.cells import format_cell
 from crawler_bench.statistics.profiles import performance_profile
 
 SHOWN = ("reward", "speed", "score", "regret_state", "noise_area")
@@ -64,3 +66,25 @@ def profiles(measured: pd.DataFrame, column: str = "score") -> pd.DataFrame:
             for threshold, *share in zip(at, *performance_profile(values, at), strict=True):
                 rows.append((*key, level, column, threshold, *share, int(np.isfinite(values).sum())))
     return pd.DataFrame(rows, columns=[*GROUP, "of", "threshold", "share", "low", "high", "n"])
+
+
+def worth_table(rows: pd.DataFrame) -> pd.DataFrame:
+    """What a keyhole, or a memory, is worth: one row per algorithm, regularization, mode and way to see."""
+    if rows.empty:
+        return pd.DataFrame()
+    key = ["algorithm", "regularization", "mode", "keyhole", "memory"]
+    cells = rows.assign(
+        cell=[
+            format_cell(*row)
+            for row in rows[["value", "low", "high", "n"]].itertuples(index=False, name=None)
+        ]
+    )
+    names = list(dict.fromkeys(rows["metric"]))
+    order = pd.MultiIndex.from_frame(rows[key].drop_duplicates())
+    wide = cells.pivot(index=key, columns="metric", values="cell").reindex(index=order, columns=names)
+    wide.columns = pd.Index([metric(name).heading for name in names])
+    flat = wide.fillna("-").reset_index()
+    return flat.assign(
+        regularization=flat["regularization"].map("{:g}".format),
+        memory=flat["memory"].map({True: "yes", False: "no"}),
+    )

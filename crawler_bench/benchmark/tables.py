@@ -10,7 +10,9 @@ from typing import Any
 
 import pandas as pd
 
+from crawler_bench.benchmark.ceilings.table import ceilings_table
 from crawler_bench.benchmark.families import QUESTIONS, REGULARIZATION
+from crawler_bench.benchmark.keyholes import worth_table
 from crawler_bench.benchmark.keys import select
 from crawler_bench.benchmark.summary import metric
 from crawler_bench.output.cells import format_cell, format_interval, format_number, markdown
@@ -239,41 +241,6 @@ def cost_sentence(cost: dict[str, dict[str, float]]) -> str:
         f"All {runs:.0f} runs together took {seconds / 60:.0f} minutes in single processes, "
         "half of that on the clock with two at a time."
     )
-
-
-def worth_table(rows: pd.DataFrame) -> pd.DataFrame:
-    """What a keyhole, or a memory, is worth: one row per algorithm, regularization, mode and way to see."""
-    if rows.empty:
-        return pd.DataFrame()
-    key = ["algorithm", "regularization", "mode", "keyhole", "memory"]
-    cells = rows.assign(
-        cell=[
-            format_cell(*row)
-            for row in rows[["value", "low", "high", "n"]].itertuples(index=False, name=None)
-        ]
-    )
-    names = list(dict.fromkeys(rows["metric"]))
-    order = pd.MultiIndex.from_frame(rows[key].drop_duplicates())
-    wide = cells.pivot(index=key, columns="metric", values="cell").reindex(index=order, columns=names)
-    wide.columns = pd.Index([metric(name).heading for name in names])
-    flat = wide.fillna("-").reset_index()
-    return flat.assign(
-        regularization=flat["regularization"].map("{:g}".format),
-        memory=flat["memory"].map({True: "yes", False: "no"}),
-    )
-
-
-def ceilings_table(ceilings: pd.DataFrame) -> pd.DataFrame:
-    """The ceilings, and what is known of each, in words."""
-    return pd.DataFrame({
-        "regularization": ceilings["regularization"].map("{:g}".format),
-        "noise": ceilings["noise"].map("{:g}".format),
-        "best": ceilings["kind"],
-        "reward per decision (L)": ceilings["reward"].map("{:.4g}".format),
-        "speed (L/tau)": ceilings["speed"].map(format_number),
-        "policy": [f"`{text}`" if len(text) <= 40 else "a table" for text in ceilings["policy"].fillna("-")],
-        "known": ceilings["proof"],
-    })  # fmt: skip
 
 
 def _with_families(pairs: pd.DataFrame) -> pd.DataFrame:

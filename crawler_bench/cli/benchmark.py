@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from crawler_bench.config.schema import Experiment
 
 RESULTS = Path("results/benchmark")
-SIDE_BY_SIDE = 8  # crawlers that an added agent of Stable-Baselines3 learns from
+SIDE_BY_SIDE = 8  # crawlers that an added on-policy agent of Stable-Baselines3 learns from
 
 
 def benchmark(
@@ -177,8 +177,9 @@ def _entries(
 
 def _added(name: str, template: "Experiment") -> "Experiment":
     """An entry for an agent that has none: the budget of all, its own defaults."""
-    from crawler_bench.runs.agent import agent_class, is_stable_baselines
+    from crawler_bench.runs.agent import agent_class
 
-    crawlers = SIDE_BY_SIDE if is_stable_baselines(agent_class(name)) else 1
+    on_policy = any(base.__name__ == "OnPolicyAlgorithm" for base in agent_class(name).__mro__)
+    crawlers = SIDE_BY_SIDE if on_policy else 1
     run = template.run.model_copy(update={"agent": name, "settings": {}, "crawlers": crawlers})
     return template.model_copy(update={"name": name.rpartition(":")[2].lower(), "run": run})

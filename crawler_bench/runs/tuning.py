@@ -18,7 +18,7 @@ from crawler_bench.runs.results import read_outcomes
 from crawler_bench.runs.sweep import run_experiments
 
 SAMPLER_SEED = 2020
-STARTUP_TRIALS = 8  # drawn at random before the sampler learns from what it saw; so many are never pruned
+STARTUP_TRIALS = 8  # drawn at random before the sampler learns; these are never pruned
 COMPLETE, PRUNED, FAILED = "complete", "pruned", "failed"
 
 

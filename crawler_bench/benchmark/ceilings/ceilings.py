@@ -24,9 +24,7 @@ from crawler_bench.runs import store
 RANDOM, TABLE, STOCHASTIC, STATE, TREE = KINDS = ("random", "table", "stochastic table", "state", "tree")
 NOISE = 0.1  # s of the ceilings with noise
 HORIZONS = (50, 100, 200)  # decisions that the policy on the whole state looks ahead
-OPTIMISM = (
-    1.5  # a crawl of the tree is cut that could not win by earning so many times the best table's reward
-)
+OPTIMISM = 1.5  # times the best table's reward: a crawl of the tree that could not win by this is cut
 SEED = 2020
 COLUMNS = ["regularization", "noise", "kind", "reward", "speed", "policy", "proof"]
 
