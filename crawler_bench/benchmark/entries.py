@@ -21,12 +21,13 @@ def traits(entries: Iterable[Experiment], others: Iterable[Recorded] = ()) -> pd
         others: recorded runs; a learner that is not ours is an algorithm of its own.
 
     Returns:
-        One row per entry: agent (its name), algorithm (the class it runs, in small letters), keyhole, tuned
+        One row per entry: agent (its name), algorithm (the class it runs, in small letters without hyphens), keyhole, tuned
         (whether its name says so).
     """
     rows = [
         (
-            each.name, each.run.agent.rpartition(":")[2].lower(), each.run.environment.keyhole,
+            each.name, each.run.agent.rpartition(":")[2].lower().replace("-", ""),
+            each.run.environment.keyhole,
             each.name.endswith(TUNED),
         )
         for each in entries

@@ -192,6 +192,8 @@ def _save(
             size = buffer.size()
             arrays = {name: getattr(buffer, name)[:size] for name in BUFFER}
             np.savez(draft / "replay_buffer.npz", pos=buffer.pos, full=buffer.full, **arrays)
+        if (states := getattr(agent, "_last_lstm_states", None)) is not None:
+            np.savez(draft / "lstm.npz", *(each.numpy() for pair in states for each in pair))
         (draft / "randomness.json").write_text(json.dumps(_randomness(agent)))
         updates = recorder.gradient_updates
         store.write_manifest(draft, started, gradient_updates=updates, save_every=habits.save_every)
@@ -209,6 +211,12 @@ def _restore(saved: Path, agent: Any, env: Any) -> Any:
             for name in BUFFER:
                 getattr(buffer, name)[: len(arrays[name])] = arrays[name]
             buffer.pos, buffer.full = int(arrays["pos"]), bool(arrays["full"])
+    if (saved / "lstm.npz").is_file():  # Stable-Baselines3 forgets them when it loads
+        import torch
+
+        with np.load(saved / "lstm.npz") as arrays:
+            h, c, value_h, value_c = (torch.from_numpy(arrays[name]) for name in arrays.files)
+        loaded._last_lstm_states = type(loaded._last_lstm_states)((h, c), (value_h, value_c))
     _restore_randomness(loaded, json.loads((saved / "randomness.json").read_text()))
     return loaded
 

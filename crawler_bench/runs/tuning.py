@@ -1,11 +1,12 @@
 """Tune an agent: Optuna proposes settings, runs on seeds that no comparison uses tell what they are worth.
 
 A trial is worth the mean reward of a decision, frozen and without noise, in the mode of the search, over its
-seeds. The seeds come one at a time: a trial whose reward so far is below the median of the trials before it,
-after as many seeds, is pruned. Proposals come from a seeded sampler and finished runs are looked up: the same
+seeds. The seeds come one at a time: a trial whose reward so far is below the median of the complete trials
+after as many seeds is pruned. Proposals come from a seeded sampler and finished runs are looked up: the same
 search gives the same trials, however often it is interrupted.
 """
 
+import warnings
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -75,8 +76,10 @@ def importance(study: optuna.Study) -> pd.DataFrame:
     complete = [each for each in study.trials if each.state is optuna.trial.TrialState.COMPLETE]
     if len(complete) < 2:
         return pd.DataFrame(columns=["setting", "importance"])
-    evaluator = optuna.importance.PedAnovaImportanceEvaluator()
-    found = optuna.importance.get_param_importances(study, evaluator=evaluator)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", optuna.exceptions.ExperimentalWarning)
+        evaluator = optuna.importance.PedAnovaImportanceEvaluator()
+        found = optuna.importance.get_param_importances(study, evaluator=evaluator)
     return pd.DataFrame({"setting": list(found), "importance": list(found.values())})
 
 

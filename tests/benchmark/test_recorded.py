@@ -18,11 +18,11 @@ from crawler_bench.runs.evaluation import measure
 
 TIMES = {"starts": 2, "warm_up": 5, "duration": 40, "settle": 20, "gait": 60, "evaluation.noise": [0, 0.1]}
 RUN = override(RunConfig(agent="agents.reference:Wave", decisions=0), TIMES, "test")
-CHOSEN = np.array([0, 1, 2, 3, 4, 5, 6, 8, 7, 9])
+CHOSEN = np.arange(10)
 
 
 def crawl(env, decisions: int, chosen=CHOSEN) -> None:
-    """A loop that knows nothing of ours: the wave, but for two neurons; random for the first half."""
+    """A loop that knows nothing of ours: random for the first half, then the wave."""
     rng = np.random.default_rng(0)
     seen, _ = env.reset(seed=0)
     for t in range(decisions):
@@ -55,13 +55,13 @@ def test_what_was_done_last_is_the_table(recorded):
     seen = one.table.max(axis=1) > 0.11
     np.testing.assert_array_equal(one.table[seen].argmax(axis=1), CHOSEN[seen])
     assert (one.table[seen].max(axis=1) == 1).all()
-    assert seen.sum() >= 8
+    assert seen.sum() >= 5
     assert unknown(one) == ""
 
 
 def test_distance_time_and_reward_are_the_crawler_s(tmp_path):
     """Two environments of one run, counted together, against sums by hand."""
-    total = dict.fromkeys(("time", "distance", "reward"), 0.0)
+    total, ended_in_all = dict.fromkeys(("time", "distance", "reward"), 0.0), 0
     for _ in range(2):
         env = crawler_bench.record(
             gym.make(crawler_bench.ENV_ID, time_limit=50), tmp_path, agent="pair", seed=4
@@ -71,7 +71,9 @@ def test_distance_time_and_reward_are_the_crawler_s(tmp_path):
             _, reward, _, ended, _ = env.step(t % 10)
             total["reward"] += reward
             if ended:
+                ended_in_all += 1
                 env.reset()
+        assert ended_in_all
         time, distance = env.unwrapped.lifetime
         total["time"] += time
         total["distance"] += distance
@@ -80,7 +82,7 @@ def test_distance_time_and_reward_are_the_crawler_s(tmp_path):
     assert (found.agent, found.seed) == ("pair", 4)
     last = found.learning.iloc[-1]
     assert last["decisions"] == 1400
-    assert last["episodes"] == 2 * (700 * 0.2 // 50)
+    assert last["episodes"] == ended_in_all
     for name, value in total.items():
         assert last[name] == pytest.approx(value, rel=1e-9), name
 

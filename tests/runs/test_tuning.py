@@ -53,11 +53,11 @@ def test_the_best_trial_is_chosen(tuned):
 
 
 def test_hopeless_trials_are_pruned_and_kept(tuned):
-    """After the first seed, if that was below the median of the first seeds before."""
+    """After the first seed, if that was below the median of the first seeds of complete trials."""
     _, _, trials, _, _ = tuned
     assert set(trials["state"]) == {COMPLETE, PRUNED}
     for number, trial in trials.iterrows():
-        before = trials["reward_1000"][:number]
+        before = trials[:number].query("state == 'complete'")["reward_1000"]
         is_pruned = number >= tuning.STARTUP_TRIALS and trial["reward_1000"] < before.median()
         assert trial["state"] == (PRUNED if is_pruned else COMPLETE)
         assert trial["seeds"] == (1 if is_pruned else 2)
