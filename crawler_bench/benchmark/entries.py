@@ -21,8 +21,8 @@ def traits(entries: Iterable[Experiment], others: Iterable[Recorded] = ()) -> pd
         others: recorded runs; a learner that is not ours is an algorithm of its own.
 
     Returns:
-        One row per entry: agent (its name), algorithm (the class it runs, in small letters without hyphens), keyhole, tuned
-        (whether its name says so).
+        One row per entry: agent (its name), algorithm (the class it runs, in small letters without hyphens),
+        keyhole, tuned (whether its name says so).
     """
     rows = [
         (
