@@ -25,7 +25,7 @@ COMPARISON = (
     "stall_share", "off_diagonal", "decisions", "decisions_to_final", "gradient_updates",
 )  # fmt: skip
 COMPACT = (
-    "speed", "score", "regret_state", "cycle_duration", "noise_area", "stall_share", "off_diagonal",
+    "speed", "cycle_duration", "score", "regret_state", "noise_area", "stall_share", "off_diagonal",
     "decisions_to_final", "gradient_updates",
 )  # fmt: skip
 KEY = ["regularization", "agent", "mode"]
@@ -153,6 +153,8 @@ def write_tables(summary: pd.DataFrame, pairs: pd.DataFrame, runs: pd.DataFrame,
         "noise": (noise(summary), f"Speed under noise of amplitude s. {CELL}."),
         "pairs": (pairs_table(pairs), f"Agents in pairs, over paired seeds. {CELL}."),
     }
+    if pairs.empty:  # nobody asks anything of these agents
+        del tables["pairs"]
     for name, (frame, caption) in tables.items():
         (folder / f"{name}.md").write_text(markdown(frame) + "\n")
         frame.to_csv(folder / f"{name}.csv", index=False)
