@@ -34,6 +34,9 @@ class Acting:
         self.rng = np.random.default_rng([seed, n_actions])
         self.keywords = _memory_arguments(agent)
         if hasattr(agent, "set_random_seed"):
+            import torch
+
+            torch.set_num_threads(1)  # small networks: threads would cost more than they do
             agent.set_random_seed(int(self.rng.integers(2**31)))
 
     def __call__(

@@ -5,6 +5,7 @@ from typing import Any
 import gymnasium as gym
 import numpy as np
 import pytest
+import torch
 from sb3_contrib import RecurrentPPO
 from stable_baselines3 import A2C, DQN
 from stable_baselines3.common.evaluation import evaluate_policy
@@ -110,6 +111,7 @@ def ours(agent: Any, keyhole: str = "index", mode: str = "deterministic", seed: 
 
 @pytest.fixture(scope="module")
 def recurrent():
+    torch.set_num_threads(1)
     return RecurrentPPO(
         "MlpLstmPolicy", gym.make(crawler_bench.ENV_ID), seed=0, learning_rate=0.01, **SHORT
     ).learn(128)
