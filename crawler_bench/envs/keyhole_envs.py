@@ -18,7 +18,6 @@ from crawler_bench.envs.keyholes import (
     space,
 )
 from crawler_bench.envs.vector import CrawlerVectorEnv
-from crawler_bench.physics.parameters import CrawlerParameters
 
 
 class KeyholeEnv(CrawlerEnv):
@@ -56,26 +55,19 @@ class KeyholeEnv(CrawlerEnv):
 
 
 class KeyholeVectorEnv(CrawlerVectorEnv):
-    """K crawlers seen through a keyhole, stepped in one compiled call; otherwise a `CrawlerVectorEnv`."""
+    """K crawlers seen through a keyhole, stepped in one compiled call; otherwise a `CrawlerVectorEnv`.
 
-    def __init__(
-        self,
-        num_envs: int = 1,
-        parameters: Any = None,
-        regularization: Any = 0.01,
-        noise: Any = 0.0,
-        episode_distance: Any = 2.0,
-        time_limit: Any = 1000.0,
-        keyhole: str = ONE_HOT,
-        **named: Any,
-    ) -> None:
-        task = (regularization, noise, episode_distance, time_limit)
-        super().__init__(num_envs, parameters, *task, **named)
+    Args:
+        keyhole: "one-hot", "strain" or "state".
+        arguments: of `CrawlerVectorEnv`.
+    """
+
+    def __init__(self, *arguments: Any, keyhole: str = ONE_HOT, **named: Any) -> None:
+        super().__init__(*arguments, **named)
         self.keyhole = keyhole
-        chosen = parameters if parameters is not None else CrawlerParameters()
-        self.crawlers: KeyholeBatch = KeyholeBatch(keyhole, chosen, num_envs, *task)
+        self.crawlers: KeyholeBatch = KeyholeBatch.through(keyhole, self.crawlers)
         self.single_observation_space = space(keyhole, self.crawlers.n_segments)
-        self.observation_space = batch_space(self.single_observation_space, num_envs)
+        self.observation_space = batch_space(self.single_observation_space, self.num_envs)
 
     def reset(self, **named: Any) -> tuple[Any, Any]:
         """Put every crawler to rest and look at it."""

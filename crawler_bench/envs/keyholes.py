@@ -84,20 +84,30 @@ def body_state(nodes: NDArray[np.void]) -> Array:
 class KeyholeBatch(CrawlerBatch):
     """A batch of crawlers that looks at each through a keyhole whenever it is observed.
 
-    Args:
-        keyhole: any but the index.
-        arguments: of `CrawlerBatch`.
-
     Attributes:
+        keyhole: any but the index.
         view: (K, size) what is seen of each crawler now.
         final_view: (K, size) what was seen before `begin_ended` put crawlers back to rest.
     """
 
-    def __init__(self, keyhole: str, *arguments: object) -> None:
-        super().__init__(*arguments)  # type: ignore[arg-type]
-        self.keyhole = keyhole
-        self.view: Frames = np.zeros((self.end.size, size(keyhole, self.n_segments)), dtype=np.float32)
-        self.final_view = self.view.copy()
+    keyhole: str
+    view: Frames
+    final_view: Frames
+
+    @classmethod
+    def through(cls, keyhole: str, batch: CrawlerBatch) -> "KeyholeBatch":
+        """The crawlers of a batch, which is not to be used any more, seen through a keyhole.
+
+        Raises:
+            ValueError: if there is no such keyhole.
+        """
+        made = cls.__new__(cls)
+        made.__dict__.update(batch.__dict__)
+        made.keyhole = keyhole
+        shape = space(keyhole, batch.n_segments).shape
+        made.view = np.zeros((batch.end.size, *shape), dtype=np.float32)
+        made.final_view = made.view.copy()
+        return made
 
     def begin(self) -> None:
         """Put every crawler to rest and look at it."""

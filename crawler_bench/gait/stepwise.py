@@ -112,8 +112,9 @@ def _begin(
 ) -> CrawlerBatch:
     """Crawlers where their warm-ups leave them, as they look there without noise."""
     interval = replace(parameters, decide_on="interval")  # a sample at each
-    task = (interval, len(starts), 0.0, np.asarray(noise, dtype=np.float64), np.inf, np.inf)
-    batch = CrawlerBatch(*task) if keyhole == INDEX else KeyholeBatch(keyhole, *task)
+    batch = CrawlerBatch(interval, len(starts), 0.0, list(noise), np.inf, np.inf)
+    if keyhole != INDEX:
+        batch = KeyholeBatch.through(keyhole, batch)
     for i, key in enumerate(starts):
         begun = begin_crawl(parameters, warm_up, key)
         batch.memory[i], batch.observation[i] = begun.memory, begun.observation
