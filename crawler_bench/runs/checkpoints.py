@@ -9,6 +9,7 @@ import json
 import random
 import shutil
 import time
+import warnings
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -152,10 +153,13 @@ def _learn(
         )
     if habits.tensorboard is not None:
         agent.tensorboard_log = str(habits.tensorboard)
-    agent.learn(
-        config.decisions - done, callback=CallbackList(callbacks), progress_bar=progress_bar,
-        reset_num_timesteps=done == 0, tb_log_name=place.name.removesuffix(UNFINISHED),
-    )  # fmt: skip
+    with warnings.catch_warnings():
+        # Rewards are scaled where it learns, and not where it is evaluated: that is meant.
+        warnings.filterwarnings("ignore", "Training and eval env are not of the same type")
+        agent.learn(
+            config.decisions - done, callback=CallbackList(callbacks), progress_bar=progress_bar,
+            reset_num_timesteps=done == 0, tb_log_name=place.name.removesuffix(UNFINISHED),
+        )  # fmt: skip
     recorder.record(agent, last=True)
     if habits.eval_every and (place / "evaluations" / "evaluations.npz").is_file():
         recorder.files["evaluations.npz"] = (place / "evaluations" / "evaluations.npz").read_bytes()
