@@ -1,5 +1,7 @@
 """Compiled crawls that keep nothing but what they earn: for searches over millions of them."""
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -9,6 +11,13 @@ from crawler_bench.physics.compiled import inner_kernel
 from crawler_bench.physics.state import Array, Memory
 
 UNDECIDED = -1  # what a table holds at an observation for which nothing is chosen yet
+
+
+@inner_kernel
+def _copy(source: Any, target: Any) -> None:
+    """Copy a row: an assignment of slices counts references, which an inner kernel does not."""
+    for i in range(target.size):
+        target[i] = source[i]
 
 
 @inner_kernel
@@ -90,7 +99,7 @@ def look_ahead(
     for _ in range(steps):
         best, chosen = -np.inf, 0
         for action in range(cumulative.shape[0]):
-            scratch[:] = memory
+            _copy(memory, scratch)
             made = decide(scratch, action, task, rng)
             worth = made.reward + follow(
                 scratch, made.observation, cumulative, task, 1, rng, rng, horizon - 1, visited
@@ -148,7 +157,7 @@ def explore(
             continue
         at[1, depth] += 1
         table[here] = action
-        work[:] = memories[depth]
+        _copy(memories[depth], work)
         seen, total, step = here, totals[depth], at[2, depth]
         while step < steps and table[seen] != UNDECIDED and total + limit * (steps - step) > best:
             made = decide(work, table[seen], task, rng)
@@ -159,13 +168,13 @@ def explore(
             counts[0] += 1
             if total > best:
                 best = total
-                best_table[:] = table
+                _copy(table, best_table)
         elif table[seen] != UNDECIDED or total + limit * (steps - step) <= best:
             counts[2] += 1
         elif depth + 1 == most_visited:
             counts[1] += 1
         else:
             depth += 1
-            memories[depth] = work
+            _copy(work, memories[depth])
             at[0, depth], at[1, depth], at[2, depth], totals[depth] = seen, 0, step, total
     return best
