@@ -138,7 +138,8 @@ def _correct(pairs: pd.DataFrame) -> pd.DataFrame:
     tests = pairs["p"].notna().groupby([pairs[name] for name in FAMILY]).transform("sum").astype(int)
     pairs.insert(pairs.columns.tolist().index("p"), "tests", tests)
     pairs["seeds_to_decide"] = [
-        seeds_to_decide(*samples, number) for samples, number in zip(pairs.pop(SAMPLES), tests, strict=True)
+        seeds_to_decide(first, second, number)
+        for (first, second), number in zip(pairs.pop(SAMPLES), tests, strict=True)
     ]
     for name, method in (("p_fdr", "fdr_bh"), ("p_holm", "holm")):
         corrected = pd.Series(math.nan, index=pairs.index)

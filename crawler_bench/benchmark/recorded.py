@@ -78,7 +78,9 @@ def unknown(each: Recorded) -> str:
 
 def with_recorded(benchmark: Benchmark, found: list[Recorded], run: RunConfig) -> Benchmark:
     """A benchmark with the rows of recorded runs, measured as its own are."""
-    runs, evaluations, cycles, tables, curves = [], [], [], [], []
+    frames: list[list[pd.DataFrame]] = [[], [], [], []]
+    runs, evaluations, cycles, tables = frames
+    curves: list[pd.DataFrame | None] = []
     for each in found:
         config = override(each.config, {}, each.agent).model_copy(update={"evaluation": run.evaluation})
         key = dict(zip(RUN, (each.agent, ACTED, config.environment.regularization, each.seed), strict=True))

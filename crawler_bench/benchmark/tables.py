@@ -221,7 +221,7 @@ def against_itself(pairs: pd.DataFrame) -> pd.DataFrame:
         _bare(100 * row["relative"], 100 * row["relative_low"], 100 * row["relative_high"])
         for row in own.to_dict("records")
     ]
-    table.insert(table.columns.get_loc("first minus second") + 1, "excess (%)", excess)
+    table.insert(list(table.columns).index("first minus second") + 1, "excess (%)", excess)
     return table[own["metric"].isin(["speed", "noise_area"]).to_numpy()]
 
 

@@ -51,7 +51,8 @@ class KeyholeEnv(CrawlerEnv):
         errors = np.zeros((1, self.parameters.n_segments))
         if self.keyhole == STRAIN:
             draw_errors(before[None], np.array([observed]), self.task[0][NOISE : NOISE + 1], errors)
-        return look(self.keyhole, np.array([int(index)]), self.nodes[None], errors)[0]
+        shown: Frames = look(self.keyhole, np.array([int(index)]), self.nodes[None], errors)[0]
+        return shown
 
 
 class KeyholeVectorEnv(CrawlerVectorEnv):

@@ -99,7 +99,8 @@ def _crawl(
         _sample(batch, samples[:, t + 1])
     time = parameters.decision_interval * np.arange(steps + 1, dtype=np.float64)
     return [
-        Record(time, *pages.transpose(1, 0, 2), acted) for pages, acted in zip(samples, actions, strict=True)
+        Record(time, pages[:, 0], pages[:, 1], pages[:, 2], pages[:, 3], acted)
+        for pages, acted in zip(samples, actions, strict=True)
     ]
 
 

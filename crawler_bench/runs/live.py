@@ -33,7 +33,7 @@ class Live:
 
     def __init__(self, run: RunConfig, policy: Array | Policy, seed: int) -> None:
         keyhole = run.environment.keyhole
-        endless = {"episode_distance": np.inf, "time_limit": np.inf}
+        endless: Any = {"episode_distance": np.inf, "time_limit": np.inf}
         self.env: Any = (
             CrawlerEnv(run.parameters, **endless)
             if keyhole == INDEX

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pandas as pd
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from crawler_bench.benchmark.figures import looks
@@ -51,19 +52,13 @@ def worth(rows: pd.DataFrame, ceilings: pd.DataFrame) -> Figure:
     return figure
 
 
-def _ceilings(axes: object, ceilings: pd.DataFrame, level: float) -> None:
+def _ceilings(axes: Axes, ceilings: pd.DataFrame, level: float) -> None:
     if ceilings.empty:
         return
     for kind, dashes in (("random", "--"), ("table", "-."), ("stochastic table", ":"), ("state", "-")):
+        label = kind if kind == "random" else f"best {kind}"
         for value in select(ceilings, kind=kind, regularization=level, noise=0.0)["reward"]:
-            axes.axhline(
-                value,
-                color=style.GREY,
-                ls=dashes,
-                lw=1,
-                zorder=0.5,
-                label=f"best {kind}" if kind != "random" else kind,
-            )  # type: ignore[attr-defined]
+            axes.axhline(value, color=style.GREY, ls=dashes, lw=1, zorder=0.5, label=label)
 
 
 def profiles(frame: pd.DataFrame, agents: list[str]) -> Figure:
