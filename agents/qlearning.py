@@ -7,30 +7,32 @@ disappoints, and another takes its turn.
 """
 
 import json
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import gymnasium as gym
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from rich.progress import track
 
+from agents.checked import checked_observation, checked_table, number, require
 from agents.loop import greedy, learn_on_crawler, update
+from agents.stepping import Environment, Step, crawler_in, require_single, reset, shape_of, start_of, step
+from agents.watched import Callback, Watched
 from crawler_bench.envs.crawler import CrawlerEnv
 from crawler_bench.envs.randomness import live_state
 
-Callback = Callable[[dict[str, Any], dict[str, Any]], bool | None]
-
-# Wrappers that gym.make adds and that change nothing: under them the compiled loop is the same loop.
+# gym.make adds these, and they change nothing: under them the compiled loop is the same loop.
 _TRANSPARENT_WRAPPERS = (gym.wrappers.OrderEnforcing, gym.wrappers.PassiveEnvChecker)
 _SAVED = ("learning_rate", "discount", "initial_q", "seed", "end_is_terminal")
 
 
-class QLearning:
+class QLearning(Watched):
     """A table of values, learned by eq. 12, with the interface of a Stable-Baselines3 agent.
 
     Args:
-        env: any Gymnasium environment with Discrete observations and actions.
+        env: any Gymnasium environment with Discrete observations and actions, or a vector of one of
+            Stable-Baselines3.
         learning_rate: alpha, in (0, 1].
         discount: gamma, in [0, 1).
         initial_q: the uniform, high value that every entry starts from.
@@ -38,10 +40,11 @@ class QLearning:
         end_is_terminal: a reading of the paper: no future is counted after the last decision of an episode,
             even of a truncated one. False looks through truncation, as crawling goes on for ever.
         compiled: use the compiled loop where the environment is the crawler; False is for comparison.
+        verbose: 1 logs on the screen, as Stable-Baselines3 does; learning then goes decision by decision.
+        tensorboard_log: folder to log to, for TensorBoard; likewise.
 
     Attributes:
         q_table: (observations, actions) values.
-        num_timesteps: decisions learned from so far.
         observation: what it acts on next, counted from 0; None until the environment is reset.
     """
 
@@ -49,41 +52,58 @@ class QLearning:
 
     def __init__(
         self,
-        env: gym.Env[Any, Any] | None,
+        env: Environment | None,
         learning_rate: float = 0.05,
         discount: float = 0.95,
-        initial_q: float = 0.2,
+        initial_q: float = 3.9,
         seed: int | None = None,
         *,
         end_is_terminal: bool = False,
         compiled: bool = True,
+        verbose: int = 0,
+        tensorboard_log: str | None = None,
     ) -> None:
-        self.learning_rate = _number("learning_rate", learning_rate, lambda x: 0 < x <= 1, "in (0, 1]")
-        self.discount = _number("discount", discount, lambda x: 0 <= x < 1, "in [0, 1)")
-        self.initial_q = _number("initial_q", initial_q, np.isfinite, "a finite number")
+        super().__init__(verbose, tensorboard_log)
+        self.learning_rate = number("learning_rate", learning_rate, lambda x: 0 < x <= 1, "in (0, 1]")
+        self.discount = number("discount", discount, lambda x: 0 <= x < 1, "in [0, 1)")
+        self.initial_q = number("initial_q", initial_q, np.isfinite, "a finite number")
         for name, value in (("end_is_terminal", end_is_terminal), ("compiled", compiled)):
-            _require(isinstance(value, bool), name, value, "true or false")
+            require(isinstance(value, bool), name, value, "true or false")
         self.end_is_terminal, self.compiled = end_is_terminal, compiled
         self.seed = None if seed is None else int(seed)
         self.num_timesteps = 0
         agent_seed, env_seed, tie_seed = np.random.SeedSequence(seed).spawn(3)
         self.rng = np.random.default_rng(agent_seed)
         self._env_seed = int(env_seed.generate_state(1)[0]) if seed is not None else None
+        self._rng_state = live_state(self.rng)
         self.prediction_rng = np.random.default_rng(tie_seed)  # asking for an action leaves learning as it is
         self.observation: int | None = None
         self.q_table: NDArray[np.float64] = np.empty((0, 0))
-        self.env: gym.Env[Any, Any] | None = None
+        self.env: Environment | None = None
         if env is not None:
             self.set_env(env)
-            self.q_table = np.full(_shape(env), self.initial_q)
+            self.q_table = np.full(shape_of(env), self.initial_q)
 
-    def set_env(self, env: gym.Env[Any, Any]) -> None:
+    def set_env(self, env: Environment) -> None:
         """Learn in another environment of the same spaces from now on; it is reset first."""
-        shape = _shape(env)
+        require_single(env)
+        shape = shape_of(env)
         if self.q_table.size and shape != self.q_table.shape:
             raise ValueError(f"the table is {self.q_table.shape}, the environment needs {shape}")
-        self.env = env
+        self.env, self._vec_env = env, None
         self.observation = None
+
+    @property
+    def observation_space(self) -> gym.spaces.Space[Any]:
+        """Of the environment; without one, the rows of the table."""
+        return (
+            self.env.observation_space if self.env is not None else gym.spaces.Discrete(self.q_table.shape[0])
+        )
+
+    @property
+    def action_space(self) -> gym.spaces.Space[Any]:
+        """Of the environment; without one, the columns of the table."""
+        return self.env.action_space if self.env is not None else gym.spaces.Discrete(self.q_table.shape[1])
 
     @property
     def policy(self) -> NDArray[np.int64]:
@@ -91,22 +111,41 @@ class QLearning:
         return np.asarray(self.q_table.argmax(axis=1), dtype=np.int64)
 
     def learn(
-        self, total_timesteps: int, callback: Callback | None = None, progress_bar: bool = False
+        self,
+        total_timesteps: int,
+        callback: Callback = None,
+        log_interval: int | None = 4,
+        tb_log_name: str = "QLearning",
+        reset_num_timesteps: bool = False,
+        progress_bar: bool = False,
     ) -> "QLearning":
         """Learn from more decisions, going on where the last call stopped.
 
         Args:
             total_timesteps: number of decisions.
-            callback: called as callback(locals, globals) every CALLBACK_INTERVAL decisions, with the agent
-                in locals["self"]; returning False stops the learning.
+            callback: a function, called as callback(locals(), globals()) every CALLBACK_INTERVAL decisions,
+                with the agent in locals["self"]; returning False stops the learning. Or a callback of
+                Stable-Baselines3, or a list of them, called at every decision.
+            log_interval: episodes between two points of the log, if there is one; None for none.
+            tb_log_name: of the run, in the folder `tensorboard_log`.
+            reset_num_timesteps: count from 0 and reset the environment first; Stable-Baselines3 does by
+                default.
             progress_bar: show one.
 
         Returns:
             The agent itself.
         """
-        from rich.progress import track
-
+        if reset_num_timesteps:
+            self.num_timesteps, self.observation = 0, None
+        in_mid_episode = self.observation is not None
         self._prepare()
+        if self._is_watched(callback):
+            self._learn_watched(
+                total_timesteps, callback, log_interval, tb_log_name, reset_num_timesteps, progress_bar,
+                in_mid_episode,
+            )  # fmt: skip
+            return self
+        assert callback is None or callable(callback)
         chunks = _chunks(self.num_timesteps, total_timesteps, self.CALLBACK_INTERVAL)
         loop = self._compiled_loop if self._runs_compiled() else self._plain_loop
         for n_decisions in track(chunks, "learning", disable=not progress_bar):
@@ -125,32 +164,33 @@ class QLearning:
         if self.env is None:
             raise ValueError("this agent has no environment yet: call set_env first")
         if self.observation is None:
-            first, _ = self.env.reset(seed=self._env_seed if self.num_timesteps == 0 else None)
-            self.observation = int(first) - _start(self.env.observation_space)
-        shape = _shape(self.env)
+            first, self._env_seed = reset(self.env, self._env_seed), None  # which holds for one reset
+            self.observation = int(first) - start_of(self.env.observation_space)
+        self._rng_state = live_state(self.rng)
+        shape = shape_of(self.env)
         self.q_table = np.ascontiguousarray(self.q_table, dtype=np.float64)
         if self.q_table.shape != shape:
             raise ValueError(f"the table is {self.q_table.shape}, the environment needs {shape}")
-        self.observation = _checked_observation(self.observation, shape[0])
+        self.observation = checked_observation(self.observation, shape[0])
 
     def _plain_loop(self, n_decisions: int) -> None:
         """Eq. 12 on any environment, one step at a time."""
+        for _ in range(n_decisions):
+            self._decide()
+
+    def _decide(self) -> tuple[int, Step]:
         assert self.env is not None
         assert self.observation is not None
-        Q, alpha, gamma, o = self.q_table, self.learning_rate, self.discount, self.observation
-        rng = live_state(self.rng)
-        first_o, first_a = _start(self.env.observation_space), _start(self.env.action_space)
-        for _ in range(n_decisions):
-            a = greedy(Q[o], rng)
-            seen, r, terminated, truncated, _ = self.env.step(a + first_a)
-            o_next = int(seen) - first_o
-            no_future = terminated or (truncated and self.end_is_terminal)
-            update(Q, o, a, float(r) + (0.0 if no_future else gamma * Q[o_next].max()), alpha)
-            o = o_next
-            if terminated or truncated:
-                seen, _ = self.env.reset()
-                o = int(seen) - first_o
-        self.observation = o
+        Q, o = self.q_table, self.observation
+        first_o, first_a = start_of(self.env.observation_space), start_of(self.env.action_space)
+        a = greedy(Q[o], self._rng_state)
+        made = step(self.env, a + first_a)
+        o_next = int(made.outcome) - first_o
+        no_future = made.terminated or (made.truncated and self.end_is_terminal)
+        target = made.reward + (0.0 if no_future else self.discount * Q[o_next].max())
+        update(Q, o, a, target, self.learning_rate)
+        self.observation = int(made.observation) - first_o
+        return a + first_a, made
 
     def _compiled_loop(self, n_decisions: int) -> None:
         assert self.env is not None
@@ -158,12 +198,12 @@ class QLearning:
         crawler: Any = self.env.unwrapped
         self.observation = learn_on_crawler(
             self.q_table, self.observation, n_decisions, self.learning_rate, self.discount,
-            self.end_is_terminal, live_state(self.rng), crawler.memory, crawler.task, crawler.generator_state,
+            self.end_is_terminal, self._rng_state, crawler.memory, crawler.task, crawler.generator_state,
         )  # fmt: skip
 
     def _runs_compiled(self) -> bool:
         """Whether the environment is the crawler itself, so that the compiled loop is the same loop."""
-        env = self.env
+        env: Any = self.env
         while isinstance(env, _TRANSPARENT_WRAPPERS):
             env = env.env
         return self.compiled and type(env) is CrawlerEnv and env.render_mode != "human"
@@ -186,8 +226,8 @@ class QLearning:
         Returns:
             Actions of the same shape, and the state.
         """
-        start_o = _start(self.env.observation_space) if self.env else 0
-        start_a = _start(self.env.action_space) if self.env else 0
+        start_o = start_of(self.env.observation_space) if self.env is not None else 0
+        start_a = start_of(self.env.action_space) if self.env is not None else 0
         seen = np.asarray(observation, dtype=np.int64)
         rng = live_state(self.prediction_rng)
         chosen = [greedy(self.q_table[o - start_o], rng) + start_a for o in seen.ravel()]
@@ -195,7 +235,7 @@ class QLearning:
 
     def save(self, path: str | Path) -> None:
         """Write everything that decides the future as JSON, a crawler in mid-episode included."""
-        environment = self.env.unwrapped if self.env is not None else None
+        crawler = crawler_in(self.env)
         content = {
             "agent": "qlearning",
             **{name: getattr(self, name) for name in _SAVED},
@@ -204,12 +244,12 @@ class QLearning:
             "q_table": self.q_table.tolist(),
             "generators": [self.rng.bit_generator.state, self.prediction_rng.bit_generator.state],
             "observation": self.observation,
-            "environment": environment.get_state() if isinstance(environment, CrawlerEnv) else None,
+            "environment": None if crawler is None else crawler.get_state(),
         }
         Path(path).write_text(json.dumps(content, indent=1) + "\n")
 
     @classmethod
-    def load(cls, path: str | Path, env: gym.Env[Any, Any] | None = None) -> "QLearning":
+    def load(cls, path: str | Path, env: Environment | None = None) -> "QLearning":
         """Read a saved agent; with a crawler as `env`, learning goes on bit by bit as if never stopped.
 
         Raises:
@@ -218,8 +258,9 @@ class QLearning:
         try:
             content = {"end_is_terminal": False} | json.loads(Path(path).read_text())
             agent = cls(None, **{name: content[name] for name in _SAVED})
-            agent.q_table = _checked_table(content["q_table"])
+            agent.q_table = checked_table(content["q_table"])
             agent.num_timesteps = int(content["num_timesteps"])
+            agent._env_seed = None if agent.num_timesteps else agent._env_seed
             agent.rng.bit_generator.state, agent.prediction_rng.bit_generator.state = content["generators"]
             if env is not None:
                 agent._go_on(env, content["observation"], content["environment"])
@@ -228,53 +269,15 @@ class QLearning:
             raise ValueError(f"{path} is not a saved Q-learning agent: {what}") from None
         return agent
 
-    def _go_on(self, env: gym.Env[Any, Any], observation: Any, snapshot: dict[str, Any] | None) -> None:
+    def _go_on(self, env: Environment, observation: Any, snapshot: dict[str, Any] | None) -> None:
         """Put a crawler where the saved one was; any other environment starts from a reset."""
         self.set_env(env)
-        if snapshot is not None and isinstance(env.unwrapped, CrawlerEnv):
-            env.reset()  # wrappers want one before the first step
-            env.unwrapped.set_state(snapshot)
+        crawler = crawler_in(env)
+        if snapshot is not None and crawler is not None:
+            reset(env)  # wrappers want one before the first step
+            crawler.set_state(snapshot)
             if observation is not None:
-                self.observation = _checked_observation(observation, len(self.q_table))
-
-
-def _shape(env: gym.Env[Any, Any]) -> tuple[int, int]:
-    observations, actions = env.observation_space, env.action_space
-    if not (isinstance(observations, gym.spaces.Discrete) and isinstance(actions, gym.spaces.Discrete)):
-        raise ValueError(f"a table needs Discrete spaces; this environment has {observations} and {actions}")
-    return int(observations.n), int(actions.n)
-
-
-def _start(space: Any) -> int:
-    return int(space.start)
-
-
-def _require(condition: Any, name: str, value: Any, allowed: str) -> None:
-    if not condition:
-        raise ValueError(f"{name} = {value!r} is not possible: it must be {allowed}")
-
-
-def _number(name: str, value: Any, possible: Callable[[float], Any], allowed: str) -> float:
-    try:
-        number = float(value)
-    except (TypeError, ValueError):
-        number = np.nan
-    _require(possible(number), name, value, allowed)
-    return number
-
-
-def _checked_table(values: Any) -> NDArray[np.float64]:
-    table = np.array(values, dtype=np.float64)
-    if table.ndim != 2 or not table.size or not np.isfinite(table).all():
-        raise ValueError("q_table must be rows of equally many finite numbers")
-    return table
-
-
-def _checked_observation(observation: Any, n_observations: int) -> int:
-    whole = isinstance(observation, int | np.integer) and not isinstance(observation, bool)
-    fits = whole and 0 <= observation < n_observations
-    _require(fits, "observation", observation, f"a whole number from 0 to {n_observations - 1}")
-    return int(observation)
+                self.observation = checked_observation(observation, len(self.q_table))
 
 
 def _chunks(done: int, total: int, interval: int) -> list[int]:

@@ -7,7 +7,7 @@ index of its most contracted segment, and the same body seen through other keyho
 
 from typing import TYPE_CHECKING, Any
 
-import gymnasium as gym
+from crawler_bench.envs.registration import once_imported
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -22,20 +22,27 @@ KEYHOLE_IDS = {
     "state": "crawler_bench/CrawlerState-v0",
 }
 
-if ENV_ID not in gym.registry:
-    gym.register(
-        id=ENV_ID,
-        entry_point="crawler_bench.envs.crawler:CrawlerEnv",
-        vector_entry_point="crawler_bench.envs.vector:CrawlerVectorEnv",
-    )
-for _keyhole, _id in KEYHOLE_IDS.items():
-    if _id not in gym.registry:
-        gym.register(
-            id=_id,
-            entry_point="crawler_bench.envs.keyhole_envs:KeyholeEnv",
-            vector_entry_point="crawler_bench.envs.keyhole_envs:KeyholeVectorEnv",
-            kwargs={"keyhole": _keyhole},
+
+def _register() -> None:
+    from gymnasium.envs.registration import register, registry
+
+    if ENV_ID not in registry:
+        register(
+            id=ENV_ID,
+            entry_point="crawler_bench.envs.crawler:CrawlerEnv",
+            vector_entry_point="crawler_bench.envs.vector:CrawlerVectorEnv",
         )
+    for keyhole, id_ in KEYHOLE_IDS.items():
+        if id_ not in registry:
+            register(
+                id=id_,
+                entry_point="crawler_bench.envs.keyhole_envs:KeyholeEnv",
+                vector_entry_point="crawler_bench.envs.keyhole_envs:KeyholeVectorEnv",
+                kwargs={"keyhole": keyhole},
+            )
+
+
+once_imported("gymnasium", _register)
 
 
 def record(env: Any, folder: "str | Path", agent: str = "", seed: int | None = None) -> Any:

@@ -102,7 +102,7 @@ def _crawling_batch(size: int) -> Callable[[int], None]:
     def work(n_calls: int) -> None:
         for _ in range(n_calls):
             if batch.decide(batch.observation):
-                batch.begin_ended()
+                batch.begin(batch.ended)
 
     return work
 

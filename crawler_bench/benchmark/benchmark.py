@@ -16,7 +16,8 @@ import numpy as np
 import pandas as pd
 
 from crawler_bench.benchmark.keys import LEARNER, MODES, RUN, action_columns, select
-from crawler_bench.config.schema import ConfigError, Experiment, RunConfig, override
+from crawler_bench.config.errors import ConfigError
+from crawler_bench.config.schema import Experiment, RunConfig, override
 from crawler_bench.runs.evaluation import read_evaluation
 from crawler_bench.runs.results import read_outcomes
 from crawler_bench.runs.sweep import Outcome, require_success, run_cells, run_experiments

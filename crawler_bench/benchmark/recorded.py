@@ -18,7 +18,8 @@ import pandas as pd
 
 from crawler_bench.benchmark.benchmark import Benchmark, windows
 from crawler_bench.benchmark.keys import LEARNER, RUN
-from crawler_bench.config.schema import ConfigError, RunConfig, build, override
+from crawler_bench.config.errors import ConfigError
+from crawler_bench.config.schema import RunConfig, build, override
 from crawler_bench.runs.evaluation import measure
 from crawler_bench.runs.recorder import ABOUT, COUNTERS
 from crawler_bench.runs.results import summarize

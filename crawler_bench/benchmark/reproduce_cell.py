@@ -10,10 +10,10 @@ import pandas as pd
 from crawler_bench.benchmark.benchmark import in_mode, learning_curves, measured
 from crawler_bench.benchmark.keys import GROUP, RUN, select
 from crawler_bench.benchmark.summary import summarize_benchmark
+from crawler_bench.config.errors import ConfigError
 from crawler_bench.config.files import load_experiment
 from crawler_bench.config.schema import Experiment, override
 from crawler_bench.output.csv_files import read_csv, rounded
-from crawler_bench.runs.store import NotARunError
 from crawler_bench.runs.sweep import run_experiments
 
 
@@ -31,7 +31,7 @@ def reproduce(folder: Path, hash_: str, *, jobs: int, quiet: bool) -> pd.DataFra
         run one row per column of runs.csv.
 
     Raises:
-        NotARunError: if the folder is not one of ours or no cell has this hash.
+        ConfigError: if the folder is not one of ours or no cell has this hash.
         RuntimeError: if a run failed.
     """
     runs, evaluations, curves, summary = (_read(folder / f"{name}.csv") for name in _FILES)
@@ -73,7 +73,7 @@ def _read(path: Path) -> pd.DataFrame:
     try:
         return read_csv(path)
     except (OSError, ValueError):
-        raise NotARunError(
+        raise ConfigError(
             f"{path} cannot be read: `crawler-bench benchmark` writes it; name its folder with --results"
         ) from None
 
@@ -83,10 +83,10 @@ def _find(hash_: str, summary: pd.DataFrame, runs: pd.DataFrame) -> tuple["pd.Se
     for frame, of_run in ((summary, False), (runs, True)):
         found = frame[frame["hash"].fillna("").str.startswith(hash_.removeprefix("#"))]
         if len(found) > 1:
-            raise NotARunError(f"{len(found)} cells have a hash that begins with {hash_}: write it in full")
+            raise ConfigError(f"{len(found)} cells have a hash that begins with {hash_}: write it in full")
         if len(found) == 1:
             return found.iloc[0], of_run
-    raise NotARunError(
+    raise ConfigError(
         f"no cell or run has the hash {hash_}; they stand in summary.csv and runs.csv of the folder that "
         "--results names"
     )

@@ -1,32 +1,52 @@
 """The command line: `crawler-bench`. Heavy imports wait until a command needs them."""
 
+import sys
+from typing import Annotated
+
 import typer
 
-from crawler_bench.cli import benchmark, installation, paper, readings, runs
+from crawler_bench.cli import benchmark, installation, paper, readings, report, runs, train
 from crawler_bench.cli import watch as watching
-from crawler_bench.cli.console import one_line_errors
+from crawler_bench.cli.errors import exit_code
 from crawler_bench.cli.options import find_modules_here
 
 app = typer.Typer(
     name="crawler-bench",
-    help="How a soft-bodied crawler learns to coordinate itself: reproduce the paper, train agents.",
     no_args_is_help=True,
+    rich_markup_mode=None,  # help in boxes would take twice as long to appear
     pretty_exceptions_enable=False,
-    add_completion=False,
 )
-for command in (paper.reproduce, readings.readings, runs.train, runs.evaluate, runs.render, benchmark.tune):
+for command in (paper.reproduce, readings.readings, train.train, runs.evaluate, runs.render, benchmark.tune):
     app.command()(command)
 app.command()(benchmark.benchmark)
 app.command()(benchmark.certify)
 app.command()(watching.watch)
 app.command("reproduce-cell")(benchmark.reproduce_cell)
+app.command()(report.report)
 app.command("list")(installation.list_)
+app.command()(installation.settings)
 app.command()(installation.doctor)
 app.command()(installation.warmup)
 
 
+def _print_version(wanted: bool) -> None:
+    if wanted:
+        from crawler_bench import __version__
+
+        print(f"crawler-bench {__version__}")
+        raise typer.Exit()
+
+
+@app.callback()
+def crawler_bench(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_print_version, is_eager=True, help="Print the version.")
+    ] = False,
+) -> None:
+    """How a soft-bodied crawler learns to coordinate itself: reproduce the paper, train agents."""
+
+
 def main() -> None:
     """Entry point of the command `crawler-bench`."""
-    with one_line_errors():
-        find_modules_here()
-        app()
+    find_modules_here()
+    sys.exit(exit_code(lambda: app(prog_name="crawler-bench", standalone_mode=False)))

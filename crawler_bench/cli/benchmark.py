@@ -5,7 +5,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from crawler_bench.cli.console import conclude, console, logger, print_frame
+from crawler_bench.cli import names
+from crawler_bench.cli.console import conclude, console, logger, print_frame, starting
 from crawler_bench.cli.options import (
     RUNS,
     Jobs,
@@ -15,6 +16,7 @@ from crawler_bench.cli.options import (
     Runs,
     Seeds,
     Set,
+    require_folder,
     require_ours,
     resized,
 )
@@ -30,10 +32,16 @@ def benchmark(
     preset: PresetOption = Preset.paper,
     agent: Annotated[
         list[str] | None,
-        typer.Option(help="Also compare this one: a registered agent, module:Class, or a YAML file."),
+        typer.Option(
+            help="Also compare this one: a registered agent, module:Class, or a YAML file.",
+            autocompletion=names.agents,
+        ),
     ] = None,
     only: Annotated[
-        list[str] | None, typer.Option(help="Only this entry of configs/benchmark; may be repeated.")
+        list[str] | None,
+        typer.Option(
+            help="Only this entry of configs/benchmark; may be repeated.", autocompletion=names.entries
+        ),
     ] = None,
     seeds: Seeds = None,
     set_: Set = None,
@@ -58,18 +66,21 @@ def benchmark(
     Interrupted, the same command goes on from the runs that were finished. With --runs FOLDER, what
     `crawler_bench.record` and Stable-Baselines3's Monitor left in that folder stands in the tables, too.
     """
-    from crawler_bench.benchmark.benchmark import run_benchmark
-    from crawler_bench.benchmark.ceilings.ceilings import FULL, SMOKE, find_ceilings
-    from crawler_bench.benchmark.recorded import find as find_recorded
-    from crawler_bench.benchmark.recorded import unknown, with_recorded
-    from crawler_bench.benchmark.results import overview, write_benchmark
-
-    entries = _entries(preset, only or [], agent or [], seeds, set_ or [])
-    changed = "-changed" if seeds or set_ or agent or only else "" if preset is Preset.paper else "-smoke"
+    _require_names(only or [], agent or [])
+    is_changed = seeds is not None or set_ or agent or only
+    changed = "-changed" if is_changed else "" if preset is Preset.paper else "-smoke"
     folder = out or RESULTS.with_name(RESULTS.name + changed)
     require_ours(folder, "benchmark", "summary.csv")
+    with starting(f"comparing agents, results in {folder}", quiet):
+        from crawler_bench.benchmark.benchmark import run_benchmark
+        from crawler_bench.benchmark.ceilings.ceilings import FULL, SMOKE, find_ceilings
+        from crawler_bench.benchmark.recorded import find as find_recorded
+        from crawler_bench.benchmark.recorded import unknown, with_recorded
+        from crawler_bench.benchmark.results import overview, write_benchmark
+
+        entries = _entries(preset, only or [], agent or [], seeds, set_ or [])
     known = None
-    if (not changed or changed == "-smoke") if ceilings is None else ceilings:
+    if (not is_changed) if ceilings is None else ceilings:
         effort = SMOKE if preset is Preset.smoke else FULL
         levels = sorted({run.environment.regularization for entry in entries for run, _ in entry.runs()})
         known = find_ceilings(entries[0].run, levels, runs, effort, jobs=jobs, say=logger(quiet))
@@ -90,15 +101,15 @@ def certify(
     jobs: Jobs = 0,
 ) -> None:
     """Certify again that no change of one or two entries improves the best known tables."""
-    from crawler_bench.benchmark.ceilings.ceilings import certificates
-    from crawler_bench.config.files import load_experiment
-    from crawler_bench.output.csv_files import read_csv
-
     entries = sorted((results / "entries").glob("*.yaml"))
     if not entries or not (results / "ceilings.csv").is_file():
         raise ValueError(
             f"{results} holds no ceilings.csv with entries; `crawler-bench benchmark` writes both"
         )
+    with starting(f"certifying the best tables of {results}, several minutes"):
+        from crawler_bench.benchmark.ceilings.ceilings import certificates
+        from crawler_bench.config.files import load_experiment
+        from crawler_bench.output.csv_files import read_csv
     made = certificates(read_csv(results / "ceilings.csv"), load_experiment(entries[0]).run, jobs=jobs)
     print_frame(made)
     if not made["holds"].all():
@@ -113,8 +124,8 @@ def reproduce_cell(
     quiet: Quiet = False,
 ) -> None:
     """Re-run one cell of the tables from scratch and say: equal, within its interval, or different."""
-    from crawler_bench.benchmark.reproduce_cell import reproduce
-
+    with starting(f"re-running the cell {hash_} of {results} from scratch", quiet):
+        from crawler_bench.benchmark.reproduce_cell import reproduce
     made = reproduce(results, hash_, jobs=jobs, quiet=quiet)
     print_frame(made)
     counts = made["verdict"].value_counts()
@@ -124,24 +135,37 @@ def reproduce_cell(
 
 
 def tune(
-    agent: Annotated[str, typer.Argument(help="Name in configs/tuning, or a YAML file like those.")],
+    agent: Annotated[
+        str,
+        typer.Argument(
+            help="Name in configs/tuning, or a YAML file like those.", autocompletion=names.searches
+        ),
+    ],
     preset: PresetOption = Preset.paper,
     set_: Set = None,
     out: Annotated[
-        Path, typer.Option(help="Folder for the trials (CSV) and the entry that was found (YAML).")
-    ] = Path("results/tuning"),
+        Path | None,
+        typer.Option(
+            help="Folder for the trials (CSV) and the entry that was found (YAML); default results/tuning, "
+            "with another preset or --set results/tuning-smoke or -changed."
+        ),
+    ] = None,
     runs: Runs = RUNS,
     jobs: Jobs = 0,
     quiet: Quiet = False,
 ) -> None:
     """Search an agent's settings with Optuna; interrupted, the same command goes on."""
-    from crawler_bench.benchmark.entries import tuned_entry
-    from crawler_bench.config.files import config_folder, load_tuning
-    from crawler_bench.output.csv_files import write_csv
-    from crawler_bench.runs.tuning import tune as search
+    from crawler_bench.config.files import find_config, load_tuning
 
-    path = Path(agent) if agent.endswith((".yaml", ".yml")) else config_folder() / "tuning" / f"{agent}.yaml"
+    path = find_config(f"tuning/{agent}" if agent in names.searches() else agent)
     tuning = resized(load_tuning(path), "tuning", preset, set_)
+    changed = "-changed" if set_ else "" if preset is Preset.paper else "-smoke"
+    out = out or Path(f"results/tuning{changed}")
+    require_folder(out)
+    with starting(f"tuning {tuning.run.agent} in {tuning.trials} trials, results in {out}", quiet):
+        from crawler_bench.benchmark.entries import tuned_entry
+        from crawler_bench.output.csv_files import write_csv
+        from crawler_bench.runs.tuning import tune as search
     best, trials, importance = search(tuning, runs, jobs=jobs, quiet=quiet, say=logger(quiet))
     out.mkdir(parents=True, exist_ok=True)
     write_csv(trials, out / f"{tuning.name}.csv")
@@ -149,6 +173,22 @@ def tune(
     (out / f"{tuning.name}-tuned.yaml").write_text(tuned_entry(tuning, best))
     print_frame(importance)
     console.print(f"{out / tuning.name}-tuned.yaml, an entry: {best.settings}", markup=False, soft_wrap=True)
+    conclude("", preset is Preset.smoke, [])
+
+
+def _require_names(only: list[str], added: list[str]) -> None:
+    """Refuse what is misspelt, before anything heavy is imported."""
+    from crawler_bench.config.errors import ConfigError, nearest
+    from crawler_bench.config.files import agent_spec, find_config
+
+    for name in only:
+        if name not in names.entries():
+            raise ConfigError(f"--only {name}: no such entry{nearest(name, names.entries())}")
+    for name in added:
+        if name.endswith((".yaml", ".yml")):
+            find_config(name)
+        else:
+            agent_spec(name)
 
 
 def _entries(
@@ -157,12 +197,8 @@ def _entries(
     """What is compared: configs/benchmark, or part of it, and what the user adds; sized by the preset."""
     from crawler_bench.benchmark.benchmark import require_comparable
     from crawler_bench.config.files import config_folder, load_experiment
-    from crawler_bench.config.schema import ConfigError, nearest
 
     known = {path.stem: path for path in sorted((config_folder() / "benchmark").glob("*.yaml"))}
-    for name in only:
-        if name not in known:
-            raise ConfigError(f"--only {name}: no such entry{nearest(name, list(known))}")
     template = load_experiment(known["qlearning"])
     budget = {"decisions": template.run.decisions, "seeds": template.seeds, "grid": template.grid}
     entries = [load_experiment(path) for name, path in known.items() if not only or name in only]

@@ -1,10 +1,10 @@
 """What the command line says: results on standard output, notes and errors on standard error."""
 
 import contextlib
-import os
-import sys
+import json
+import time
 from collections.abc import Callable, Iterator
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from rich.console import Console
 from rich.table import Table
@@ -16,12 +16,17 @@ console = Console()
 notes = Console(stderr=True)
 
 VERDICT_COLOURS = {"reproduced": "green", "partly": "yellow", "not reproduced": "red"}
-INTERRUPTED = 130  # exit code of a command that Ctrl-C ended
 LEAST_WIDTH = 130  # of a table that goes into a file
+PATIENCE = 15.0  # s between two lines where there is no terminal
 
 
 def _wide_console() -> Console:
     return console if console.is_terminal else Console(width=max(console.width, LEAST_WIDTH))
+
+
+def print_table(table: Table) -> None:
+    """Print a table, wide where it goes into a file."""
+    _wide_console().print(table)
 
 
 def print_claims(claims: "pd.DataFrame") -> None:
@@ -57,9 +62,74 @@ def print_frame(frame: "pd.DataFrame") -> None:
     wide.print(table)
 
 
+def print_json(value: Any) -> None:
+    """Print a value for other programs: JSON alone, on standard output."""
+    console.file.write(json.dumps(value, indent=1) + "\n")
+
+
+def records(frame: "pd.DataFrame") -> Any:
+    """A frame as JSON has it: one object per row, null where there is no number."""
+    return json.loads(frame.to_json(orient="records", double_precision=15))
+
+
 def logger(quiet: bool) -> Callable[[str], None]:
     """A function that prints notes on standard error, or none."""
     return (lambda text: None) if quiet else (lambda text: notes.print(text, markup=False))
+
+
+@contextlib.contextmanager
+def starting(text: str, quiet: bool = False) -> Iterator[None]:
+    """Say at once what a command will do, and show that it lives while its imports take their time."""
+    if quiet:
+        yield
+        return
+    notes.print(text, markup=False, soft_wrap=True)
+    with notes.status("loading") if notes.is_terminal else contextlib.nullcontext():
+        yield
+
+
+@contextlib.contextmanager
+def phase(name: str, total: float, unit: str = "", quiet: bool = False) -> Iterator[Callable[[float], None]]:
+    """Show how far a piece of work is: a bar on a terminal, elsewhere a line now and then.
+
+    Args:
+        name: of the phase, such as "training 2/3".
+        total: how much there is to do.
+        unit: of what is counted.
+        quiet: show nothing.
+
+    Yields:
+        A function that takes how much is done.
+    """
+    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+
+    started = said = time.monotonic()
+    count = TextColumn("{task.completed:,.0f}/{task.total:,.0f} " + unit)
+    times = TimeElapsedColumn(), TextColumn("left"), TimeRemainingColumn()
+    shown = notes.is_terminal and not quiet
+    with Progress(
+        TextColumn("{task.description}"),
+        BarColumn(),
+        count,
+        *times,
+        console=notes,
+        disable=not shown,
+        transient=True,
+    ) as bar:
+        task = bar.add_task(name, total=total)
+        if not shown:
+            logger(quiet)(name)
+
+        def advance(done: float) -> None:
+            nonlocal said
+            bar.update(task, completed=done)
+            now = time.monotonic()
+            if not shown and now - said > PATIENCE and 0 < done < total:
+                said = now
+                left = (now - started) * (total - done) / done
+                logger(quiet)(f"{name}: {done:,.0f}/{total:,.0f} {unit}, about {left:.0f} s left")
+
+        yield advance
 
 
 def conclude(written: str, smoke: bool, errors: list[str]) -> None:
@@ -76,30 +146,3 @@ def conclude(written: str, smoke: bool, errors: list[str]) -> None:
         raise RuntimeError(
             f"{len(errors)} runs failed; the first: {errors[0]}; the same command tries them again"
         )
-
-
-@contextlib.contextmanager
-def one_line_errors() -> Iterator[None]:
-    """Turn what a user can fix into one line and a non-zero exit; a bug keeps its traceback.
-
-    With CRAWLER_BENCH_DEBUG set, every error keeps it.
-    """
-    try:
-        yield
-    except (KeyboardInterrupt, SystemExit) as end:
-        if isinstance(end, SystemExit) and end.code != INTERRUPTED:
-            raise
-        _complain("interrupted; the same command goes on from the runs that are finished")
-        sys.exit(INTERRUPTED)
-    except (OSError, ValueError, RuntimeError) as error:
-        if os.environ.get("CRAWLER_BENCH_DEBUG"):
-            raise
-        from crawler_bench.runs.store import explain
-
-        _complain(explain(error))
-        sys.exit(1)
-
-
-def _complain(message: str) -> None:
-    text = f"crawler-bench: {message}"
-    notes.print(text, style="red", markup=False, highlight=False, soft_wrap=True)

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from functools import partial
 from importlib import import_module
 from importlib.metadata import version
+from importlib.util import find_spec
 
 LEAST_PYTHON = (3, 11)
 LEAST_ROOM = 2**30  # bytes
@@ -26,12 +27,17 @@ class Check:
     fix: str = ""
 
 
-def checks() -> Iterator[Check]:
-    """Look at everything, one check after the other."""
+def checks(imports: bool = False) -> Iterator[Check]:
+    """Look at everything, one check after the other.
+
+    Args:
+        imports: import every package instead of looking whether it is there.
+    """
     python = sys.version.split()[0]
     yield Check("python", python, sys.version_info >= LEAST_PYTHON, "install Python 3.11 or newer")
     for name in PACKAGES:
-        yield _look(name, partial(_version, name), f"pip install -c constraints.txt {name.replace('_', '-')}")
+        find = _imported if imports else _installed
+        yield _look(name, partial(find, name), f"pip install -c constraints.txt {name.replace('_', '-')}")
     yield _look("agents", _agents, "see the message")
     yield _look("environment", _step, "reinstall with: pip install -c constraints.txt -e .")
     yield _look("compiled code", _cache, "point CRAWLER_BENCH_CACHE at a folder that can be written")
@@ -49,22 +55,37 @@ def _look(what: str, find: Callable[[], str], fix: str) -> Check:
         return Check(what, " ".join(f"{type(error).__name__}: {error}".split()), False, fix)
 
 
-def _version(name: str) -> str:
-    return str(getattr(import_module(name), "__version__", "") or version(name))
+def _installed(name: str) -> str:
+    if find_spec(name) is None:
+        raise ModuleNotFoundError(f"No module named {name!r}")
+    return version(name.replace("_", "-"))
+
+
+def _imported(name: str) -> str:
+    return str(getattr(import_module(name), "__version__", "") or _installed(name))
 
 
 def _agents() -> str:
     from crawler_bench.config.files import registered_agents
-    from crawler_bench.runs.agent import agent_class
+    from crawler_bench.runs.agent import require_our_agents
 
-    return ", ".join(agent_class(name).__module__ + ":" + name for name in registered_agents())
+    found = registered_agents()
+    for spec in found.values():
+        module = spec.partition(":")[0]
+        require_our_agents(module)
+        if find_spec(module) is None:
+            raise ModuleNotFoundError(f"No module named {module!r}")
+    return ", ".join(found)
 
 
 def _step() -> str:
     import gymnasium as gym
 
     import crawler_bench
+    from crawler_bench.physics.compiled import cache_folder
 
+    if not any(cache_folder().rglob("*.nbi")):
+        return "not compiled yet; the first run does it in half a minute, `crawler-bench warmup` beforehand"
     env = gym.make(crawler_bench.ENV_ID)
     env.reset(seed=0)
     env.step(0)

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from crawler_bench.cli.console import console
+from crawler_bench.cli.console import console, starting
 
 SaveEvery = Annotated[
     int, typer.Option(min=0, help="Decisions between two checkpoints (whole rollouts); a kill loses no more.")
@@ -19,10 +19,24 @@ Continue = Annotated[
 ]
 
 
-def go_on(run: Path, save_every: int, eval_every: int, tensorboard: Path | None, progress_bar: bool) -> None:
+def go_on(run: Path, save_every: int, eval_every: int, tensorboard: Path | None, quiet: bool) -> None:
     """Finish an unfinished run, and print its folder."""
-    from crawler_bench.runs.checkpoints import Habits
-    from crawler_bench.runs.checkpoints import go_on as finish
-
-    folder = finish(run, Habits(save_every, eval_every, tensorboard), progress_bar)
+    with starting(f"going on with {run}", quiet):
+        from crawler_bench.runs.checkpoints import Habits
+        from crawler_bench.runs.checkpoints import go_on as finish
+    folder = finish(run, Habits(save_every, eval_every, tensorboard))
     console.print(str(folder), markup=False, soft_wrap=True)
+
+
+def require_alone(*words: object) -> None:
+    """Refuse what else is said beside --continue: the run has its configuration.
+
+    Raises:
+        ConfigError: if anything is.
+    """
+    from crawler_bench.config.errors import ConfigError
+
+    if any(word is not None for word in words):
+        raise ConfigError(
+            "--continue takes all but --save-every, --eval-every and --tensorboard from its run"
+        )

@@ -25,6 +25,7 @@ Seeds = Annotated[
 Jobs = Annotated[int, typer.Option(min=0, help="Parallel processes; 0 is one per core.")]
 Runs = Annotated[Path, typer.Option(help="Folder of finished runs; what is there is not run again.")]
 Quiet = Annotated[bool, typer.Option("--quiet", help="Print results and errors only.")]
+Json = Annotated[bool, typer.Option("--json", help="Print JSON, for other programs.")]
 
 
 class Preset(StrEnum):
@@ -49,16 +50,30 @@ def find_modules_here() -> None:
 def resized(
     experiment: "Sized", study: str, preset: Preset, set_: list[str] | None = None, seeds: str | None = None
 ) -> "Sized":
-    """An experiment or a search as the options want it; an agent that cannot be found is refused here."""
-    from crawler_bench.config.files import parse_assignments, smoke_changes
+    """An experiment or a search as the options want it; an agent that has no such name is refused here."""
+    from crawler_bench.config.files import agent_spec, parse_assignments, smoke_changes
     from crawler_bench.config.schema import resize
-    from crawler_bench.runs.agent import agent_class
 
     changes = smoke_changes(study, experiment.name) if preset is Preset.smoke else {}
-    changes |= {"seeds": seeds} if seeds else {}
+    changes |= {} if seeds is None else {"seeds": seeds_of(seeds)}
     found = resize(experiment, changes | parse_assignments(set_ or []), "--set")
-    agent_class(found.run.agent)
+    agent_spec(found.run.agent)
     return found
+
+
+def seeds_of(words: str) -> tuple[int, ...]:
+    """The seeds that --seeds names.
+
+    Raises:
+        ConfigError: if it names none, or one of them twice.
+    """
+    from crawler_bench.config.errors import ConfigError
+    from crawler_bench.config.schema import parse_seeds
+
+    try:
+        return tuple(parse_seeds(words))
+    except ValueError as error:
+        raise ConfigError(f"--seeds {words!r}: {error}") from None
 
 
 def evaluation_overrides(set_: list[str] | None) -> dict[str, Any]:
@@ -79,14 +94,28 @@ def require_ours(folder: Path, command: str, witness: str) -> None:
         command: the command that writes it.
         witness: a file that it always writes.
     """
-    if folder.exists() and not folder.is_dir():
-        raise ValueError(f"{folder} is a file; results need a folder: choose another one with --out")
+    from crawler_bench.config.errors import ConfigError
+
+    require_folder(folder)
     ours = all((folder / name).is_file() for name in (witness, "manifest.json"))
     if folder.is_dir() and any(folder.iterdir()) and not ours:
-        raise ValueError(
+        raise ConfigError(
             f"{folder} is not empty and was not written by `crawler-bench {command}` (it has no {witness} "
             "with a manifest.json); choose another folder with --out"
         )
-    folder.parent.mkdir(parents=True, exist_ok=True)
-    if not os.access(folder.parent, os.W_OK):
-        raise PermissionError(errno.EACCES, "cannot be written to", str(folder.parent))
+
+
+def require_folder(folder: Path, option: str = "--out") -> None:
+    """Refuse, before anything is computed, what cannot be a folder that is written to.
+
+    Raises:
+        ConfigError: if there is a file in its place.
+        PermissionError: if nothing can be written there.
+    """
+    from crawler_bench.config.errors import ConfigError
+
+    there = next(place for place in (folder, *folder.absolute().parents) if place.exists())
+    if not there.is_dir():
+        raise ConfigError(f"{there} is a file; {option} needs a folder")
+    if not os.access(there, os.W_OK):
+        raise PermissionError(errno.EACCES, "cannot be written to", str(there))

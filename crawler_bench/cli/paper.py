@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from crawler_bench.cli.console import conclude, logger, print_claims
+from crawler_bench.cli import names
+from crawler_bench.cli.console import conclude, logger, print_claims, starting
 from crawler_bench.cli.options import (
     RUNS,
     Jobs,
@@ -26,7 +27,10 @@ if TYPE_CHECKING:
 
 def reproduce(
     preset: PresetOption = Preset.paper,
-    claim: Annotated[list[str] | None, typer.Option(help="Judge and print only this claim.")] = None,
+    claim: Annotated[
+        list[str] | None,
+        typer.Option(help="Judge and print only this claim.", autocompletion=names.claims),
+    ] = None,
     seeds: Seeds = None,
     set_: Set = None,
     out: Annotated[
@@ -43,17 +47,19 @@ def reproduce(
 
     Interrupted, the same command goes on from the runs that were finished.
     """
-    from crawler_bench.paper import reproduction
-    from crawler_bench.paper.claims import CLAIMS, find_claim
+    from crawler_bench.paper.claims import CLAIMS, EXPERIMENTS, find_claim
 
     claims = tuple(find_claim(name) for name in claim) if claim else CLAIMS
     # Other seeds or settings are another experiment: they do not replace the committed results.
-    folder = out or Path("results") / ("changed" if seeds or set_ else preset)
+    folder = out or Path("results") / ("changed" if seeds is not None or set_ else preset)
     if not claim:
         require_ours(folder, "reproduce", "claims.csv")
-    needed = {name for each in claims for name in each.experiments} if claim else reproduction.EXPERIMENTS
-    names = [name for name in reproduction.EXPERIMENTS if name in needed]
-    experiments = [_experiment(name, preset, set_, seeds) for name in names]
+    needed = {name for each in claims for name in each.experiments}
+    experiments = [
+        _experiment(name, preset, set_, seeds) for name in EXPERIMENTS if name in needed or not claim
+    ]
+    with starting(f"reproducing the paper{'' if claim else f', results in {folder}'}", quiet):
+        from crawler_bench.paper import reproduction
     found = reproduction.reproduce(experiments, runs, jobs=jobs, quiet=quiet)
     options = "".join([
         f" --preset {preset.value}" if preset is not Preset.paper else "",

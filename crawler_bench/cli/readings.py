@@ -8,8 +8,17 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from crawler_bench.cli.console import conclude, console, logger, print_frame
-from crawler_bench.cli.options import RUNS, Jobs, Preset, PresetOption, Quiet, Runs, require_ours
+from crawler_bench.cli.console import conclude, console, logger, print_frame, starting
+from crawler_bench.cli.options import (
+    RUNS,
+    Jobs,
+    Preset,
+    PresetOption,
+    Quiet,
+    Runs,
+    require_folder,
+    require_ours,
+)
 
 if TYPE_CHECKING:
     from crawler_bench.readings.laboratory import Laboratory
@@ -43,11 +52,17 @@ def readings(
 
     Interrupted, the same command goes on from the runs that were finished.
     """
-    from crawler_bench.readings.sizes import FULL, smoke
-
-    size = smoke() if preset is Preset.smoke else FULL
     name = ("search" if search else "readings") + ("-smoke" if preset is Preset.smoke else "")
     folder = out or Path("results") / name
+    if search:
+        require_ours(folder, "search", "finals.csv")
+    elif check or only:
+        require_folder(folder)
+    else:
+        require_ours(folder, "readings", "readings.csv")
+    with starting(f"running readings of the paper{'' if check or only else f', results in {folder}'}", quiet):
+        from crawler_bench.readings.sizes import FULL, smoke
+    size = smoke() if preset is Preset.smoke else FULL
     if search:
         if rounds:
             size = replace(size, trials=rounds[0], again=rounds[1], finals=rounds[2])
@@ -73,7 +88,6 @@ def _laboratory(size: "Size", runs: Path, jobs: int, quiet: bool) -> "Laboratory
 def _search(laboratory: "Laboratory", size: "Size", scratch: Path, folder: Path) -> None:
     from crawler_bench.readings.search.conduct import search
 
-    require_ours(folder, "search", "finals.csv")
     finals = search(
         laboratory.bases, size, scratch=scratch, folder=folder, jobs=laboratory.jobs,
         say=logger(laboratory.quiet),
@@ -111,7 +125,6 @@ def _study(laboratory: "Laboratory", size: "Size", folder: Path, preset: Preset)
     from crawler_bench.readings.study import conduct
 
     started = time.time()
-    require_ours(folder, "readings", "readings.csv")
     study = conduct(laboratory, size.readings(), size)
     print_frame(write(study, folder, started, logger(laboratory.quiet))[SHOWN].head(20))
     print_frame(study.confirmation())

@@ -1,74 +1,56 @@
-"""The commands about single runs: train, evaluate, render."""
+"""The commands about trained policies: evaluate, render."""
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from crawler_bench.cli.console import console, logger, notes, print_frame
-from crawler_bench.cli.long_runs import Continue, EvalEvery, SaveEvery, Tensorboard, go_on
-from crawler_bench.cli.options import RUNS, Quiet, Seeds, Set, evaluation_overrides
+from crawler_bench.cli import names
+from crawler_bench.cli.console import (
+    console,
+    logger,
+    phase,
+    print_frame,
+    print_json,
+    records,
+    starting,
+)
+from crawler_bench.cli.options import Json, Quiet, Set, evaluation_overrides, require_folder
 
 if TYPE_CHECKING:
     from crawler_bench.runs.results import Measured
 
-
-def train(
-    agent: Annotated[str, typer.Argument(help="A registered agent (see `list`) or module:Class.")] = "",
-    config: Annotated[Path | None, typer.Option(help="YAML file; default: the defaults of the code.")] = None,
-    seed: Annotated[int, typer.Option(min=0, help="Seed of agent and environment.")] = 0,
-    seeds: Seeds = None,
-    set_: Set = None,
-    out: Annotated[Path, typer.Option(help="Folder that gets the run's folder.")] = RUNS,
-    save_every: SaveEvery = 0,
-    eval_every: EvalEvery = 0,
-    tensorboard: Tensorboard = None,
-    continue_: Continue = None,
-    quiet: Quiet = False,
-) -> None:
-    """Train one agent, once for each seed; prints the run folders."""
-    if bool(agent) == (continue_ is not None):
-        raise ValueError("`train` takes an agent, or --continue RUN, and one of the two")
-    if continue_ is not None:
-        go_on(continue_, save_every, eval_every, tensorboard, notes.is_terminal and not quiet)
-        return
-    from crawler_bench.config.files import agent_spec, load_experiment, parse_assignments
-    from crawler_bench.config.schema import RunConfig, override, parse_seeds
-    from crawler_bench.runs.agent import agent_class
-    from crawler_bench.runs.checkpoints import Habits, train_long
-    from crawler_bench.runs.training import train as train_run
-
-    if seeds and seed:
-        raise ValueError("--seed and --seeds exclude each other: give one of them")
-    run = load_experiment(config).run if config is not None else RunConfig()
-    if agent_spec(agent) != agent_spec(run.agent):
-        run = run.model_copy(update={"settings": {}})  # those of the configuration are another agent's
-    run = override(run, {"agent": agent} | parse_assignments(set_ or []), "--set")
-    agent_class(run.agent)  # before anything is computed
-    for each in parse_seeds(seeds) if seeds else (seed,):
-        shows = notes.is_terminal and not quiet
-        habits = Habits(save_every, eval_every, tensorboard)
-        folder = train_long(run, each, out, habits, shows) if habits.any else train_run(run, each, out, shows)
-        console.print(str(folder), markup=False, soft_wrap=True)
+WHAT = "A run folder, as `train` prints it, a policy file, or a name of `list`: regularized."
 
 
 def evaluate(
-    run: Annotated[list[Path], typer.Argument(help="Run folders, as `train` prints them, or policy files.")],
+    run: Annotated[list[str], typer.Argument(help=WHAT, autocompletion=names.policies)],
     set_: Set = None,
     out: Annotated[
         Path | None, typer.Option(help="Also write runs.csv, evaluations.csv and cycles.csv here.")
     ] = None,
+    json: Json = False,
+    quiet: Quiet = False,
 ) -> None:
     """Measure trained runs or shared policies: policy table, speed, cycle duration, speed against noise."""
-    from crawler_bench.output.csv_files import write_csv
-    from crawler_bench.runs.results import tabulate
-
+    paths = [names.find_run(word) for word in run]
     overrides = evaluation_overrides(set_)
-    runs, evaluations, cycles = tabulate([_measure(path, overrides) for path in run])
-    print_frame(runs[["run", "policy", "speed", "speed_moving", "stall_share", "cycle_duration", "cycles"]])
+    if out is not None:
+        require_folder(out)
+    where = f", tables in {out}" if out is not None else ""
+    with starting(f"measuring {len(paths)} trained {_policies(len(paths))}{where}", quiet):
+        from crawler_bench.output.csv_files import write_csv
+        from crawler_bench.runs.results import tabulate
+    runs, evaluations, cycles = tabulate(_measure_all(paths, overrides, quiet))
     noisy = evaluations.pivot_table(index="experiment", columns="noise", values="speed", sort=False)
-    noisy.columns = [f"s = {noise:g}" for noise in noisy.columns]
-    print_frame(noisy.rename_axis("speed (L/tau) at noise").reset_index())
+    if json:
+        print_json({"runs": records(runs), "speeds": _speeds(noisy)})
+    else:
+        shown = ["run", "policy", "speed", "speed_moving", "stall_share", "cycle_duration", "cycles"]
+        print_frame(runs[shown])
+        noisy.columns = [f"s = {noise:g}" for noise in noisy.columns]
+        print_frame(noisy.rename_axis("speed (L/tau) at noise").reset_index())
     if out is not None:
         out.mkdir(parents=True, exist_ok=True)
         for name, frame in (("runs", runs), ("evaluations", evaluations), ("cycles", cycles)):
@@ -76,27 +58,48 @@ def evaluate(
 
 
 def render(
-    run: Annotated[Path, typer.Argument(help="A run folder, as `train` prints it, or a policy file.")],
+    run: Annotated[str, typer.Argument(help=WHAT, autocompletion=names.policies)],
     set_: Set = None,
     out: Annotated[Path | None, typer.Option(help="Where to write; default results/rendered/RUN.")] = None,
     quiet: Quiet = False,
 ) -> None:
     """Film the gait of a trained run (GIF, MP4) and draw its positions, strains and forces (PNG, SVG)."""
-    from crawler_bench.output import animation, kymographs, style
-
-    measured = _measure(run, evaluation_overrides(set_))
-    say = logger(quiet)
+    path = names.find_run(run)
+    overrides = evaluation_overrides(set_)
+    folder = out or Path("results/rendered") / (path.stem if path.is_file() else path.resolve().name)
+    require_folder(folder)
+    with starting(f"filming {run}, pictures and films in {folder}", quiet):
+        from crawler_bench.output import animation, kymographs, style
+    (measured,) = _measure_all([path], overrides, quiet)
     record = measured.evaluation.gait
-    folder = out or Path("results/rendered") / measured.name
     folder.mkdir(parents=True, exist_ok=True)
+    logger(quiet)("drawing gait.png, gait.svg")
     style.save(kymographs.gait(record, measured.name), folder, "gait")
     for suffix in (".gif", ".mp4"):
-        say(f"filming gait{suffix}")
-        animation.animate(record, folder / f"gait{suffix}", measured.name)
+        with phase(
+            f"filming gait{suffix}", animation.count_pictures(record, suffix), "pictures", quiet
+        ) as shown:
+            animation.animate(record, folder / f"gait{suffix}", measured.name, shown)
     console.print(str(folder), markup=False, soft_wrap=True)
 
 
-def _measure(path: Path, overrides: dict[str, Any]) -> "Measured":
+def _policies(number: int) -> str:
+    return "policy" if number == 1 else "policies"
+
+
+def _speeds(noisy: Any) -> dict[str, dict[str, float]]:
+    """Speed by policy and amplitude of noise."""
+    return {str(name): {f"{s:g}": float(v) for s, v in row.items()} for name, row in noisy.iterrows()}
+
+
+def _measure_all(paths: Sequence[Path], overrides: dict[str, Any], quiet: bool) -> "list[Measured]":
+    return [
+        _measure(path, overrides, f"measuring {number}/{len(paths)}", quiet)
+        for number, path in enumerate(paths, 1)
+    ]
+
+
+def _measure(path: Path, overrides: dict[str, Any], step: str, quiet: bool) -> "Measured":
     """Evaluate a run folder, which keeps its evaluations, or a policy file."""
     import pandas as pd
 
@@ -104,15 +107,15 @@ def _measure(path: Path, overrides: dict[str, Any]) -> "Measured":
     from crawler_bench.runs import evaluation, policy_files, store
     from crawler_bench.runs.results import Measured, label
 
-    if path.suffix in (".json", ".zip"):
-        policy = policy_files.read_policy(path)
-        config = override(policy.config, overrides, "--set")
-        found = evaluation.measure(
-            config, policy.seed, policy.table_of(config.evaluation.mode), config.evaluation
-        )
-        return Measured(label(path.stem, config, policy.seed), path.stem, found, pd.DataFrame())
-    config, seed = store.read_run(path)
+    policy = None if path.is_dir() else policy_files.read_policy(path)
+    config, seed = store.read_run(path) if policy is None else (policy.config, policy.seed)
     config = override(config, overrides, "--set")
-    found = evaluation.read_evaluation(evaluation.evaluate(path, config.evaluation))
-    name = path.resolve().name
-    return Measured(label(name, config, seed), name, found, pd.read_csv(path / "learning.csv"))
+    how = config.evaluation
+    name = path.resolve().name if policy is None else path.stem
+    learning = pd.read_csv(path / "learning.csv") if policy is None else pd.DataFrame()
+    with phase(f"{step} ({name})", how.starts * len(how.noise), "crawls", quiet) as progress:
+        if policy is None:
+            found = evaluation.read_evaluation(evaluation.evaluate(path, how, progress))
+        else:
+            found = evaluation.measure(config, policy.seed, policy.table_of(how.mode), how, progress)
+    return Measured(label(name, config, seed), name, found, learning)

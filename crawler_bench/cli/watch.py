@@ -1,12 +1,13 @@
 """The command that shows a trained crawler live: watch."""
 
 import os
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from crawler_bench.cli.console import console
+from crawler_bench.cli import names
+from crawler_bench.cli.console import console, starting
+from crawler_bench.cli.runs import WHAT
 
 if TYPE_CHECKING:
     from crawler_bench.runs.live import Live
@@ -19,7 +20,7 @@ KEYS = "up, down: noise   k: kick   left, right: slower, faster   space: pause  
 
 
 def watch(
-    run: Annotated[Path, typer.Argument(help="A run folder, as `train` prints it, or a policy file.")],
+    run: Annotated[str, typer.Argument(help=WHAT, autocompletion=names.policies)],
     stochastic: Annotated[bool, typer.Option(help="Draw actions instead of taking the best.")] = False,
     noise: Annotated[float, typer.Option(min=0, help="Largest error of a sensed strain, at first.")] = 0.0,
     seed: Annotated[int, typer.Option(min=0, help="Of draws, noise and kicks.")] = 0,
@@ -27,12 +28,13 @@ def watch(
 ) -> None:
     """Show a trained crawler in a window, live; keys change the noise and kick it."""
     os.environ.setdefault("PYGAME_HIDE_SUPPORT_PROMPT", "1")
-    from crawler_bench.runs.live import live
-
-    crawler = live(run, "stochastic" if stochastic else "deterministic", seed)
+    path = names.find_run(run)
+    with starting(f"watching {run}"):
+        from crawler_bench.runs.live import live
+    crawler = live(path, "stochastic" if stochastic else "deterministic", seed)
     crawler.noise = noise
     console.print(KEYS, markup=False)
-    _show(crawler, run.name, round(seconds * FRAMES))
+    _show(crawler, run, round(seconds * FRAMES))
 
 
 def _show(crawler: "Live", title: str, frames: int) -> None:

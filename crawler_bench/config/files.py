@@ -8,7 +8,8 @@ from typing import Any, TypeVar
 
 import yaml
 
-from crawler_bench.config.schema import ConfigError, Experiment, RunConfig, Tuning, build
+from crawler_bench.config.errors import ConfigError, nearest
+from crawler_bench.config.schema import Experiment, RunConfig, Tuning, build
 
 Kind = TypeVar("Kind", bound=Experiment)
 
@@ -43,7 +44,7 @@ def agent_spec(name: str) -> str:
     known = AGENTS if name in AGENTS else registered_agents()
     if name not in known:
         raise ConfigError(
-            f"no agent is called {name!r}; there are {', '.join(known)}, or name your own module:Class"
+            f"no agent is called {name!r}{nearest(name, list(known))} (your own is named module:Class)"
         )
     return known[name]
 
@@ -73,6 +74,33 @@ def config_folder() -> Path:
     package = Path(__file__).resolve().parents[1]
     checkout = package.parent / "configs"
     return checkout if checkout.is_dir() else package / "configs"
+
+
+def config_names() -> list[str]:
+    """Names of all configurations that come with the project: paper/regularized and so on."""
+    return sorted(f"{path.parent.name}/{path.stem}" for path in config_folder().glob("*/*.yaml"))
+
+
+def find_config(name: str) -> Path:
+    """The configuration of a name, from wherever one stands, or the YAML file at a path.
+
+    Raises:
+        ConfigError: if there is neither.
+    """
+    path, known = Path(name), config_names()
+    if path.is_file():
+        return path
+    if name in known:
+        return config_folder() / f"{name}.yaml"
+    if path.suffix in (".yaml", ".yml"):
+        raise ConfigError(f"{name} cannot be read (no such file); `crawler-bench list` names configurations")
+    raise ConfigError(f"no configuration is called {name!r}{nearest(name, known)} (your own is a FILE.yaml)")
+
+
+def shipped_policies() -> dict[str, Path]:
+    """Trained policies that come with the project, by name."""
+    folder = Path(__file__).resolve().parents[1] / "policies"
+    return {path.stem: path for path in sorted(folder.glob("*.json"))}
 
 
 def load_experiment(path: Path, missing: Mapping[str, Any] | None = None) -> Experiment:

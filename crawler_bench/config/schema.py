@@ -21,6 +21,8 @@ from pydantic import (
     model_validator,
 )
 
+from crawler_bench.config.errors import ConfigError, nearest
+from crawler_bench.config.wording import describe
 from crawler_bench.physics.parameters import CrawlerParameters
 
 PAPER_NAMES = {
@@ -39,10 +41,6 @@ MOST_SEEDS = 10_000
 MOST_SAMPLES = 10**7  # of a node in one crawl, 32 bytes each
 
 
-class ConfigError(ValueError):
-    """A configuration that cannot be used, said in one line."""
-
-
 class _Model(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid", validate_default=True)
 
@@ -50,11 +48,11 @@ class _Model(BaseModel):
 class EnvironmentConfig(_Model):
     """The task: arguments of `CrawlerEnv` beside the parameters."""
 
-    regularization: float = Field(0.01, ge=0, allow_inf_nan=False)  # epsilon of [M20, eq. 11]
-    noise: float = Field(0.0, ge=0, allow_inf_nan=False)  # s, while learning
-    episode_distance: float = Field(2.0, gt=0)  # L [chosen; "a fixed distance"]
-    time_limit: float = Field(1000.0, gt=0)  # tau_theta [chosen]
-    keyhole: Literal["index", "one-hot", "strain", "state"] = "index"  # what is observed, envs/keyholes.py
+    regularization: float = Field(0.01, ge=0, allow_inf_nan=False)  # epsilon [M20, eq. 11]
+    noise: float = Field(0.0, ge=0, allow_inf_nan=False)  # amplitude s while learning [M20, Fig. 3C]
+    episode_distance: float = Field(8.83, gt=0)  # after which an episode ends, L [chosen; "a fixed distance"]
+    time_limit: float = Field(4000.0, gt=0)  # after which an episode ends, tau_theta [chosen]
+    keyhole: Literal["index", "one-hot", "strain", "state"] = "index"  # what is observed [envs/keyholes.py]
 
     @property
     def task(self) -> dict[str, Any]:
@@ -65,14 +63,14 @@ class EnvironmentConfig(_Model):
 class EvaluationConfig(_Model):
     """How a trained policy is measured: frozen, from several starts, at several amplitudes of noise."""
 
-    starts: int = Field(12, ge=1)
-    warm_up: float = Field(100.0, ge=0, allow_inf_nan=False)  # tau_theta of random action before each start
-    duration: float = Field(400.0, gt=0, allow_inf_nan=False)  # tau_theta of the policy
-    settle: float = Field(800.0, ge=0, allow_inf_nan=False)  # tau_theta of it before the gait is described
-    gait: float = Field(400.0, gt=0, allow_inf_nan=False)  # tau_theta over which the gait is described
-    noise: tuple[float, ...] = (0.0, 0.025, 0.05, 0.1, 0.15, 0.2, 0.3, 0.4)  # amplitudes s; the first is 0
-    mode: Literal["deterministic", "stochastic"] = "deterministic"  # which policy of an agent that has both
-    seed: int = Field(2020, ge=0)  # of starts and noise: the same for every policy
+    starts: int = Field(12, ge=1)  # from how many states each policy crawls [chosen]
+    warm_up: float = Field(100.0, ge=0, allow_inf_nan=False)  # of random action first, tau_theta [chosen]
+    duration: float = Field(400.0, gt=0, allow_inf_nan=False)  # of the policy, tau_theta [chosen]
+    settle: float = Field(800.0, ge=0, allow_inf_nan=False)  # before a gait is described, tau_theta [chosen]
+    gait: float = Field(400.0, gt=0, allow_inf_nan=False)  # that is described, tau_theta [chosen]
+    noise: tuple[float, ...] = (0.0, 0.025, 0.05, 0.1, 0.15, 0.2, 0.3, 0.4)  # amplitudes s [M20, Fig. 3C]
+    mode: Literal["deterministic", "stochastic"] = "deterministic"  # which policy, of two [chosen]
+    seed: int = Field(2020, ge=0)  # of starts and noise, the same for every policy [chosen]
 
     @field_validator("noise")
     @classmethod
@@ -85,10 +83,10 @@ class EvaluationConfig(_Model):
 class RunConfig(_Model):
     """Everything but the seed that decides one training run and its evaluation."""
 
-    agent: str = "qlearning"
+    agent: str = "qlearning"  # a name of `crawler-bench list`, or module:Class [M20]
     settings: dict[str, Any] = {}  # of the agent's class
-    decisions: int = Field(800_000, ge=0, le=MOST_DECISIONS)  # of all crawlers together
-    crawlers: int = Field(1, ge=1, le=MOST_CRAWLERS)  # that a deep agent learns from side by side
+    decisions: int = Field(800_000, ge=0, le=MOST_DECISIONS)  # to learn from, all crawlers together [chosen]
+    crawlers: int = Field(1, ge=1, le=MOST_CRAWLERS)  # that a deep agent learns from at once [chosen]
     environment: EnvironmentConfig = EnvironmentConfig()
     parameters: CrawlerParameters = CrawlerParameters()
     evaluation: EvaluationConfig = EvaluationConfig()
@@ -133,8 +131,10 @@ def parse_seeds(value: Any) -> Any:
         and len(set(value)) == len(value)
     ):
         return tuple(value)
+    twice = [str(seed) for seed in value if list(value).count(seed) > 1] if isinstance(value, list) else []
     raise ValueError(
-        f"seeds are a number of them above 0 (to {MOST_SEEDS}), a range like 100-109, or a list like 3,5,8"
+        (f"{twice[0]} stands twice: " if twice else "")
+        + f"seeds are a number of them above 0 (to {MOST_SEEDS}), a range like 100-109, or a list like 3,5,8"
     )
 
 
@@ -252,12 +252,6 @@ def _full_key(content: dict[str, Any], key: str, where: str) -> str:
     raise ConfigError(f"{where}: unknown key {key!r}; {hint} (an agent's own are settings.NAME)")
 
 
-def nearest(key: str, names: list[str]) -> str:
-    """Words that name the key that was probably meant, or all there are."""
-    close = difflib.get_close_matches(key, names, n=1, cutoff=0.5)
-    return f"; did you mean {close[0]!r}?" if close else f"; known are {', '.join(names)}"
-
-
 def build(model: type[Built], content: Mapping[str, Any], where: str) -> Built:
     """Check values against a model.
 
@@ -277,9 +271,10 @@ def build(model: type[Built], content: Mapping[str, Any], where: str) -> Built:
             raise ConfigError(
                 f"{where}: unknown key {'.'.join(place)!r}{nearest(place[-1], names)}"
             ) from None
-        message = first["msg"].removeprefix("Value error, ")
         given = "" if isinstance(first["input"], dict) else f" (given: {first['input']!r})"
-        raise ConfigError(f"{where}: {': '.join(filter(None, ['.'.join(place), message]))}{given}") from None
+        own = first["type"] == "value_error"  # our words, a whole sentence
+        said = f"{': ' if own else ' '}{describe(first)}" if place else describe(first)
+        raise ConfigError(f"{where}: {'.'.join(place)}{said}{given}") from None
 
 
 def _names_at(place: tuple[int | str, ...], model: Any) -> list[str]:

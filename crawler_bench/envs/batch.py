@@ -8,9 +8,11 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
+from gymnasium.error import ResetNeeded
 from numpy.typing import NDArray
 
-from crawler_bench.envs.transition import RUNNING, Packed, begin, decide, make_task, report
+from crawler_bench.envs.arguments import require_count, require_parameters
+from crawler_bench.envs.transition import RUNNING, Packed, begin, decide, make_task, most_decisions, report
 from crawler_bench.physics.coefficients import as_floats, stepping
 from crawler_bench.physics.compiled import inner_kernel
 from crawler_bench.physics.parameters import CrawlerParameters
@@ -30,6 +32,7 @@ class CrawlerBatch:
         noise: largest error of a sensed strain.
         episode_distance: L.
         time_limit: tau_theta.
+        max_decisions: in an episode, whatever the time limit; None for no such limit.
 
     Attributes:
         memory: (K, size) floats, see physics/state.py.
@@ -39,9 +42,13 @@ class CrawlerBatch:
         observation: (K,) what each crawler senses now.
         outcome: (K, 4) REWARD, DISPLACED, GRADIENT, CENTROID of the last decision.
         end: (K,) how the episode ended with the last decision, or RUNNING.
+        ended: (K,) whether it ended, be it with max_decisions.
+        begun: whether episodes have begun.
+        most_decisions: in any episode, or None without a limit.
 
     Raises:
-        ValueError: if the numbers of segments differ, or there are not K of something.
+        ValueError: if a number is not possible, the numbers of segments differ, or there are not K of
+            something.
     """
 
     def __init__(
@@ -50,14 +57,14 @@ class CrawlerBatch:
         num_envs: int,
         regularization: float | Sequence[float] = 0.01,
         noise: float | Sequence[float] = 0.0,
-        episode_distance: float | Sequence[float] = 2.0,
-        time_limit: float | Sequence[float] = 1000.0,
+        episode_distance: float | Sequence[float] = 8.83,
+        time_limit: float | Sequence[float] = 4000.0,
+        max_decisions: int | None = None,
     ) -> None:
-        if num_envs < 1:
-            raise ValueError(f"num_envs = {num_envs!r} is not possible: it must be at least 1")
-        given = [parameters] * num_envs if isinstance(parameters, CrawlerParameters) else list(parameters)
+        require_count("num_envs", num_envs)
+        given = [require_parameters(each) for each in _each("parameters", parameters, num_envs)]
         settings = zip(
-            _each("parameters", given, num_envs),
+            given,
             *(
                 _each(name, value, num_envs)
                 for name, value in (
@@ -80,6 +87,16 @@ class CrawlerBatch:
         self.observation = np.zeros(num_envs, dtype=np.int64)
         self.outcome = np.zeros((num_envs, 4))
         self.end = np.zeros(num_envs, dtype=np.int64)
+        self.ended = np.zeros(num_envs, dtype=np.bool_)
+        self._decisions = np.zeros(num_envs, dtype=np.int64)  # in the present episode
+        self._max_decisions = np.iinfo(np.int64).max if max_decisions is None else max_decisions
+        time_limits = _each("time_limit", time_limit, num_envs)
+        limits = [most_decisions(*each) for each in zip(given, time_limits, strict=True)]
+        counts = [each for each in limits if each is not None]
+        longest = max(counts) if len(counts) == num_envs else None
+        known = [each for each in (max_decisions, longest) if each is not None]
+        self.most_decisions = min(known, default=None)
+        self.begun = False
 
     @property
     def nodes(self) -> Any:
@@ -102,14 +119,19 @@ class CrawlerBatch:
             if seed is not None:
                 self.generators[i] = seed_words(np.random.PCG64(np.random.SeedSequence(seed)))
 
-    def begin(self) -> None:
-        """Put every crawler to rest and observe it."""
-        _begin_all(self.memory, self._tasks, self.generators, self.observation)
-        self.outcome[:] = 0.0
-        self.end[:] = RUNNING
+    def begin(self, chosen: NDArray[np.bool_] | None = None) -> None:
+        """Put crawlers to rest and observe them: all, or the (K,) chosen ones."""
+        which = np.ones_like(self.ended) if chosen is None else chosen
+        _begin_chosen(
+            which, self.memory, self._tasks, self.generators, self.observation, self.outcome, self.end,
+            self.ended, self._decisions,
+        )  # fmt: skip
+        self.begun = True
 
     def decide(self, actions: Any) -> int:
-        """Hold one neuron of each crawler ON for a decision interval; see `begin_ended` for ended episodes.
+        """Hold one neuron of each crawler ON for a decision interval.
+
+        A crawler whose episode has ended makes no decision but is put to rest and observed.
 
         Args:
             actions: (K,) from 0 to N - 1.
@@ -118,31 +140,42 @@ class CrawlerBatch:
             How many episodes ended.
 
         Raises:
+            ResetNeeded: if no episode has begun.
             ValueError: if the actions are not K neurons; no crawler has moved then.
         """
+        if not self.begun:
+            raise ResetNeeded("the crawlers have no episode yet: call reset() before step()")
         given = np.asarray(actions)
         if given.shape == self.end.shape and given.dtype.kind in "iu":
             chosen = np.asarray(given, dtype=np.int64, order="C")
             n_ended = _decide_all(
                 self.memory, self.n_segments, chosen, self._tasks, self._steppings, self.generators,
-                self.observation, self.outcome, self.end,
+                self.observation, self.outcome, self.end, self.ended, self._decisions, self._max_decisions,
             )  # fmt: skip
             if n_ended >= 0:
                 return n_ended
         allowed = f"{self.end.size} whole numbers from 0 to {self.n_segments - 1}"
         raise ValueError(f"actions are not possible: {allowed} are needed")
 
+    def draw(self) -> tuple[NDArray[np.uint8], ...]:
+        """A picture of each crawler, (height, width, 3)."""
+        from crawler_bench.envs.rendering import draw_crawler
+
+        self.report()
+        intervals = self.odometers["episode_intervals"]
+        return tuple(
+            draw_crawler(self.nodes["displacement"][i], float(intervals[i]) * each.decision_interval)
+            for i, each in enumerate(self.parameters)
+        )
+
     def report(self) -> None:
         """Write all of the state of each crawler, and its power, to its memory."""
         _report_all(self.memory, self._tasks)
 
-    def begin_ended(self) -> None:
-        """Put every crawler whose episode has ended to rest and observe it."""
-        _begin_ended(self.memory, self._tasks, self.generators, self.observation, self.outcome, self.end)
 
-
-def _each(name: str, value: object, num_envs: int) -> list[object]:
-    values = list(value) if isinstance(value, Sequence | np.ndarray) else [value] * num_envs
+def _each(name: str, value: Any, num_envs: int) -> list[Any]:
+    several = isinstance(value, Sequence | np.ndarray) and not isinstance(value, str)
+    values = list(value) if several else [value] * num_envs
     if len(values) != num_envs:
         raise ValueError(f"{name} has {len(values)} values for {num_envs} crawlers")
     return values
@@ -158,33 +191,28 @@ def seed_words(generator: Any) -> list[int]:
 
 
 @inner_kernel
-def _begin_all(
-    memory: Array, tasks: Array, generators: NDArray[np.uint64], observation: NDArray[np.int64]
-) -> None:
-    for i in range(memory.shape[0]):
-        observation[i] = begin(memory[i], (tasks[i], None), generators[i])
-
-
-@inner_kernel
-def _report_all(memory: Array, tasks: Array) -> None:
-    for i in range(memory.shape[0]):
-        report(memory[i], (tasks[i], None))
-
-
-@inner_kernel
-def _begin_ended(
+def _begin_chosen(
+    chosen: NDArray[np.bool_],
     memory: Array,
     tasks: Array,
     generators: NDArray[np.uint64],
     observation: NDArray[np.int64],
     outcome: Array,
     end: NDArray[np.int64],
+    ended: NDArray[np.bool_],
+    decisions: NDArray[np.int64],
 ) -> None:
     for i in range(memory.shape[0]):
-        if end[i] != RUNNING:
+        if chosen[i]:
             observation[i] = begin(memory[i], (tasks[i], None), generators[i])
             outcome[i] = 0.0
-            end[i] = RUNNING
+            end[i], ended[i], decisions[i] = RUNNING, False, 0
+
+
+@inner_kernel
+def _report_all(memory: Array, tasks: Array) -> None:
+    for i in range(memory.shape[0]):
+        report(memory[i], (tasks[i], None))
 
 
 @inner_kernel
@@ -198,6 +226,9 @@ def _decide_all(
     observation: NDArray[np.int64],
     outcome: Array,
     end: NDArray[np.int64],
+    ended: NDArray[np.bool_],
+    decisions: NDArray[np.int64],
+    max_decisions: int,
 ) -> int:
     """Return how many episodes ended; -1 if an action is none, and then no crawler has moved."""
     for action in actions:
@@ -205,12 +236,19 @@ def _decide_all(
             return -1
     n_ended = 0
     for i in range(memory.shape[0]):
+        if ended[i]:
+            observation[i] = begin(memory[i], (tasks[i], None), generators[i])
+            outcome[i] = 0.0
+            end[i], ended[i], decisions[i] = RUNNING, False, 0
+            continue
         if steppings is None:
             made = decide(memory[i], actions[i], (tasks[i], None), generators[i])
         else:
             made = decide(memory[i], actions[i], (tasks[i], steppings[i]), generators[i])
+        decisions[i] += 1
         observation[i], end[i] = made.observation, made.end
+        ended[i] = made.end != RUNNING or decisions[i] >= max_decisions
         outcome[i, REWARD], outcome[i, DISPLACED] = made.reward, made.displacement
         outcome[i, GRADIENT], outcome[i, CENTROID] = made.gradient, made.centroid
-        n_ended += made.end != RUNNING
+        n_ended += ended[i]
     return n_ended

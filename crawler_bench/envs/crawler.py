@@ -5,10 +5,14 @@ from typing import Any
 
 import gymnasium as gym
 import numpy as np
+from gymnasium.envs.registration import EnvSpec
+from gymnasium.error import ResetNeeded
 from numpy.typing import NDArray
 
+from crawler_bench.envs.arguments import require_parameters
 from crawler_bench.envs.randomness import live_state
-from crawler_bench.envs.transition import END_NAMES, RUNNING, begin, decide_and_report, make_task, report
+from crawler_bench.envs.specification import with_longest_episode
+from crawler_bench.envs.transition import RUNNING, begin, decide_and_report, make_task, most_decisions, report
 from crawler_bench.physics.crawler import measure
 from crawler_bench.physics.parameters import CrawlerParameters
 from crawler_bench.physics.state import STATE, layout, make_memory, nodes_of, odometer_of
@@ -60,9 +64,12 @@ class CrawlerEnv(gym.Env[np.int64, np.int64]):
 
     | `info["end"]` | flag       | when                                                    |
     |---------------|------------|---------------------------------------------------------|
-    | `"distance"`  | truncation | the centroid has advanced by `episode_distance`         |
-    | `"time"`      | truncation | `time_limit` has passed                                 |
-    | `None`        | -          | the episode goes on                                     |
+    | 0, RUNNING    | -          | the episode goes on                                     |
+    | 1, DISTANCE   | truncation | the centroid has advanced by `episode_distance`         |
+    | 2, TIME       | truncation | `time_limit` has passed                                 |
+
+    `spec.max_episode_steps` is the number of decisions within the time limit. With another one in `gym.make`,
+    Gymnasium's `TimeLimit` truncates, and `info["end"]` is 0.
 
     ## Info
 
@@ -78,15 +85,15 @@ class CrawlerEnv(gym.Env[np.int64, np.int64]):
     | `muscle_force`    | (N + 1,) | k L            | f_0 .. f_N                                       |
     | `node_velocity`   | (N + 1,) | L/tau_theta    | du/dt, forward positive                          |
     | `power`           | (N + 1,) | k L^2/tau_theta| net muscle force on a node times its speed       |
-    | `end`             | str/None | -              | how the episode ended, see above                 |
+    | `end`             | int      | -              | how the episode ended, see above                 |
 
     ## Arguments
 
     * `parameters`: `CrawlerParameters`, default the readings that `CrawlerParameters()` documents.
     * `regularization`: epsilon of eq. 11, at least 0, default 0.01.
     * `noise`: s, at least 0, default 0.
-    * `episode_distance`: L, above 0 (infinity allowed), default 2.
-    * `time_limit`: tau_theta, above 0 (infinity allowed), default 1000.
+    * `episode_distance`: L, above 0 (infinity allowed), default 8.83.
+    * `time_limit`: tau_theta, above 0 (infinity allowed), default 4000.
     * `render_mode`: `None`, `"rgb_array"` or `"human"`.
 
     ## Version History
@@ -101,19 +108,19 @@ class CrawlerEnv(gym.Env[np.int64, np.int64]):
         parameters: CrawlerParameters | None = None,
         regularization: float = 0.01,
         noise: float = 0.0,
-        episode_distance: float = 2.0,
-        time_limit: float = 1000.0,
+        episode_distance: float = 8.83,
+        time_limit: float = 4000.0,
         render_mode: str | None = None,
     ) -> None:
         if render_mode is not None and render_mode not in self.metadata["render_modes"]:
             raise ValueError(
                 f"render_mode = {render_mode!r} is not possible: it must be None, 'human' or 'rgb_array'"
             )
-        if not isinstance(parameters, CrawlerParameters | None):
-            raise TypeError(f"parameters must be a CrawlerParameters, not {type(parameters).__name__}")
-        self.parameters = parameters or CrawlerParameters()
+        self.parameters = require_parameters(CrawlerParameters() if parameters is None else parameters)
         self.render_mode = render_mode
-        self.task = make_task(self.parameters, regularization, noise, episode_distance, time_limit)
+        # As given, in the order in which `make_task` takes them; changing them here changes nothing.
+        self.settings = (regularization, noise, episode_distance, time_limit)
+        self.task = make_task(self.parameters, *self.settings)
         self.memory = make_memory(self.parameters.n_segments)
         self.observation_space = gym.spaces.Discrete(self.parameters.n_segments)
         self.action_space = gym.spaces.Discrete(self.parameters.n_segments)
@@ -121,11 +128,24 @@ class CrawlerEnv(gym.Env[np.int64, np.int64]):
         self._viewed_generator: np.random.Generator | None = None
         self._generator_state = np.empty(0, dtype=np.uint64)
         self._renderer: Any = None
+        self._begun = False
+
+    @property
+    def spec(self) -> EnvSpec | None:
+        """As `gym.make` has set it, with the longest episode in it."""
+        return self._spec
+
+    @spec.setter
+    def spec(self, spec: EnvSpec | None) -> None:
+        self._spec = with_longest_episode(spec, most_decisions(self.parameters, self.settings[-1]))
+
+    _spec: EnvSpec | None = None
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, Info]:
         """Put the crawler to rest and observe it; `options` has no meaning here."""
         super().reset(seed=seed)
         observation = begin(self.memory, self.task, self.generator_state)
+        self._begun = True
         if self.render_mode == "human":
             self.render()
         return observation, self._info(0.0, 0.0, 0.0, RUNNING)
@@ -135,8 +155,11 @@ class CrawlerEnv(gym.Env[np.int64, np.int64]):
 
         Raises:
             ValueError: if the action is not a neuron, 0 to N - 1.
+            ResetNeeded: if no episode has begun.
         """
-        if not self.action_space.contains(action):
+        if not self._begun:
+            raise ResetNeeded("the crawler has no episode yet: call reset() before step()")
+        if not self.action_space.contains(action) or isinstance(action, bool):
             last = self.parameters.n_segments - 1
             raise ValueError(f"action {action!r} is not possible: it must be a whole number from 0 to {last}")
         observation, reward, displacement, gradient, centroid, end = decide_and_report(
@@ -182,7 +205,7 @@ class CrawlerEnv(gym.Env[np.int64, np.int64]):
             "muscle_force": nodes["force"].copy(),
             "node_velocity": nodes["velocity"].copy(),
             "power": nodes["power"].copy(),
-            "end": END_NAMES[end],
+            "end": end,
         }
 
     def _time(self) -> float:
@@ -235,6 +258,7 @@ class CrawlerEnv(gym.Env[np.int64, np.int64]):
                 self.odometer[name] = count
             self.odometer.centroid, _ = measure(self.nodes)
         self.np_random.bit_generator.state = snapshot["generator"]
+        self._begun = True
 
     def render(self) -> NDArray[np.uint8] | None:
         """Draw the body, each segment coloured by its contraction.

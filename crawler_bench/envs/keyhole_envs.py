@@ -79,5 +79,7 @@ class KeyholeVectorEnv(CrawlerVectorEnv):
         """Decide as `CrawlerVectorEnv.step` does, and look."""
         _, rewards, terminated, truncated, infos = super().step(actions)
         if "final_obs" in infos:
-            infos["final_obs"] = self.crawlers.final_view.copy()
+            ended = infos["_final_obs"].nonzero()[0]
+            for i in ended:
+                infos["final_obs"][i] = self.crawlers.final_view[i]
         return self.crawlers.view.copy(), rewards, terminated, truncated, infos

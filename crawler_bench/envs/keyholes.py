@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from crawler_bench.envs.batch import CrawlerBatch
 from crawler_bench.envs.randomness import random
-from crawler_bench.envs.transition import RUNNING, Task
+from crawler_bench.envs.transition import Task
 from crawler_bench.physics.compiled import inner_kernel
 from crawler_bench.physics.state import Array
 
@@ -87,7 +87,7 @@ class KeyholeBatch(CrawlerBatch):
     Attributes:
         keyhole: any but the index.
         view: (K, size) what is seen of each crawler now.
-        final_view: (K, size) what was seen before `begin_ended` put crawlers back to rest.
+        final_view: (K, size) what was seen before `begin` last put crawlers to rest.
     """
 
     keyhole: str
@@ -109,25 +109,20 @@ class KeyholeBatch(CrawlerBatch):
         made.final_view = made.view.copy()
         return made
 
-    def begin(self) -> None:
-        """Put every crawler to rest and look at it."""
-        before = self.generators.copy()
-        super().begin()
-        self.see(before, np.ones(self.end.size))
+    def begin(self, chosen: NDArray[np.bool_] | None = None) -> None:
+        """Put crawlers to rest, all or the (K,) chosen ones, and look at those."""
+        self.final_view, before = self.view.copy(), self.generators.copy()
+        super().begin(chosen)
+        self.see(before, np.ones(self.end.size), chosen)
 
     def decide(self, actions: object) -> int:
         """Decide as `CrawlerBatch.decide` does, and look."""
         before, intervals = self.generators.copy(), self.odometers["episode_intervals"].copy()
+        resting = self.ended.copy()  # these are put to rest and observed once
         n_ended = super().decide(actions)
-        self.see(before, self.odometers["episode_intervals"] - intervals)
+        observed = np.where(resting, 1.0, self.odometers["episode_intervals"] - intervals)
+        self.see(before, observed)
         return n_ended
-
-    def begin_ended(self) -> None:
-        """Put every crawler whose episode has ended to rest; look at those."""
-        self.final_view = self.view.copy()
-        ended, before = self.end != RUNNING, self.generators.copy()
-        super().begin_ended()
-        self.see(before, ended.astype(np.float64), ended)
 
     def see(
         self, before: NDArray[np.uint64], observed: Array, which: NDArray[np.bool_] | None = None

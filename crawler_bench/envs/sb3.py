@@ -1,52 +1,88 @@
 """Many crawlers as a vector environment of Stable-Baselines3, stepped in one compiled call.
 
-This is the only module of the environments that needs Stable-Baselines3.
+Only this module of the environments and `monitors` need Stable-Baselines3.
 """
 
+import copy
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, cast
 
 import gymnasium as gym
 import numpy as np
+from gymnasium.envs.registration import EnvSpec
 from numpy.typing import NDArray
+from stable_baselines3.common.monitor import Monitor
 from stable_baselines3.common.vec_env import VecEnv
 from stable_baselines3.common.vec_env.base_vec_env import VecEnvIndices
 
-from crawler_bench.envs.batch import REWARD, CrawlerBatch
-from crawler_bench.envs.transition import END_NAMES, make_task
+from crawler_bench import ENV_ID
+from crawler_bench.envs.batch import CENTROID, REWARD, CrawlerBatch
+from crawler_bench.envs.monitors import EnvMakers, EpisodeReports, unwrap
+from crawler_bench.envs.specification import with_longest_episode
+from crawler_bench.envs.transition import make_task, most_decisions
 from crawler_bench.physics.parameters import CrawlerParameters
 
 Info = dict[str, Any]
+Numbers = float | Sequence[float]
+Settings = tuple[Numbers, Numbers, Numbers, Numbers]
 SETTINGS = ("regularization", "noise", "episode_distance", "time_limit")
 
 
 class CrawlerVecEnv(VecEnv):
     """K crawlers for an agent of Stable-Baselines3; see `CrawlerEnv` for what each of them is.
 
-    Every argument may be given once for all or as a sequence, one for each crawler; the number of segments
-    must be the same. Crawler i with seed s gives the numbers of a `CrawlerEnv` with seed s.
+    `parameters` and the four numbers of the task may be given once for all or as a sequence, one for each
+    crawler; the number of segments must be the same. Crawler i with seed s gives the numbers of a
+    `CrawlerEnv` with seed s.
 
-    The crawlers are rows of arrays and not objects: `get_attr` and `set_attr` know `parameters` (to read) and
-    the other arguments, and keep whatever else is set; there are no methods for `env_method`.
+    `make_vec_env("crawler_bench/Crawler-v0", n_envs=64, vec_env_cls=CrawlerVecEnv)` makes one, too.
+
+    The crawlers are rows of arrays and not objects: `get_attr` and `set_attr` know `parameters` and `spec`
+    (to read) and the numbers of the task, and keep whatever else is set; there are no methods for
+    `env_method`.
 
     An info is empty except where an episode ended: then it holds `terminal_observation`,
-    `TimeLimit.truncated` (True: a crawler has no terminal state) and `end`, "distance" or "time".
+    `TimeLimit.truncated` (True: a crawler has no terminal state), and `end`, `time` and `centroid` as the
+    info of `CrawlerEnv` does; `episode`, too, if `make_vec_env` has made it.
+
+    Args:
+        num_envs: K, or the K functions from which `make_vec_env` makes it; these then say all the rest.
+        parameters: of the bodies.
+        regularization: epsilon of eq. 11, at least 0.
+        noise: largest error of a sensed strain, at least 0.
+        episode_distance: L, above 0.
+        time_limit: tau_theta, above 0.
+        render_mode: None or "rgb_array"; `render` tiles the pictures, `render("human")` shows them.
+
+    Raises:
+        ValueError: if an argument is not possible, or a function makes no crawler or one with wrappers of its
+            own.
     """
 
     def __init__(
         self,
-        num_envs: int = 8,
+        num_envs: int | EnvMakers = 8,
         parameters: CrawlerParameters | Sequence[CrawlerParameters] | None = None,
         regularization: float | Sequence[float] = 0.01,
         noise: float | Sequence[float] = 0.0,
-        episode_distance: float | Sequence[float] = 2.0,
-        time_limit: float | Sequence[float] = 1000.0,
+        episode_distance: float | Sequence[float] = 8.83,
+        time_limit: float | Sequence[float] = 4000.0,
+        render_mode: str | None = None,
     ) -> None:
-        given = (regularization, noise, episode_distance, time_limit)
+        given: Settings = (regularization, noise, episode_distance, time_limit)
+        self._reports: EpisodeReports | None = None
+        if isinstance(num_envs, Sequence):
+            crawlers, monitors = unwrap(num_envs)
+            parameters = [each.parameters for each in crawlers]
+            given = cast(Settings, tuple(map(list, zip(*(each.settings for each in crawlers), strict=True))))
+            num_envs, render_mode = len(crawlers), crawlers[0].render_mode if crawlers else None
+            self._reports = EpisodeReports(monitors) if monitors else None
+        if render_mode not in (None, "rgb_array"):
+            raise ValueError(f"render_mode = {render_mode!r} is not possible: it must be None or 'rgb_array'")
         chosen = parameters if parameters is not None else CrawlerParameters()
         self.crawlers = CrawlerBatch(chosen, num_envs, *given)
         self._attributes: list[dict[str, Any]] = [
-            {"render_mode": None, "parameters": each} for each in self.crawlers.parameters
+            {"render_mode": render_mode, "parameters": each} for each in self.crawlers.parameters
         ]
         for name, value in zip(SETTINGS, given, strict=True):
             values = value if isinstance(value, Sequence | np.ndarray) else [value] * num_envs
@@ -70,6 +106,8 @@ class CrawlerVecEnv(VecEnv):
             self._seeded = True
         self._reset_seeds()
         self._reset_options()  # they have no meaning here
+        if self._reports is not None:
+            self._reports.begin()
         self.crawlers.begin()
         return self.crawlers.observation.copy()
 
@@ -85,20 +123,34 @@ class CrawlerVecEnv(VecEnv):
 
         Raises:
             ValueError: if the actions are not K neurons, 0 to N - 1.
+            ResetNeeded: before the first reset.
         """
         crawlers = self.crawlers
         n_ended = crawlers.decide(self._actions)
-        rewards, dones = crawlers.outcome[:, REWARD].astype(np.float32), crawlers.end.astype(np.bool_)
+        rewards, dones = crawlers.outcome[:, REWARD].copy(), crawlers.ended.copy()
         infos: list[Info] = [{} for _ in range(self.num_envs)]
         if n_ended:
-            for i in dones.nonzero()[0]:
-                infos[i] = {
-                    "terminal_observation": crawlers.observation[i],
-                    "TimeLimit.truncated": True,
-                    "end": END_NAMES[crawlers.end[i]],
-                }
-            crawlers.begin_ended()
-        return crawlers.observation.copy(), rewards, dones, infos
+            for i in dones.nonzero()[0].tolist():
+                infos[i] = self._last_info(i)
+            crawlers.begin(dones)
+        if self._reports is not None:
+            self._reports.step(rewards, dones, infos)
+        return crawlers.observation.copy(), rewards.astype(np.float32), dones, infos
+
+    def _last_info(self, i: int) -> Info:
+        crawlers = self.crawlers
+        intervals = float(crawlers.odometers["episode_intervals"][i])
+        return {
+            "terminal_observation": crawlers.observation[i],
+            "TimeLimit.truncated": True,
+            "end": int(crawlers.end[i]),
+            "time": intervals * crawlers.parameters[i].decision_interval,
+            "centroid": float(crawlers.outcome[i, CENTROID]),
+        }
+
+    def get_images(self) -> Sequence[NDArray[np.uint8]]:
+        """A picture of each crawler, (height, width, 3)."""
+        return self.crawlers.draw()
 
     @property
     def lifetime(self) -> tuple[float, float]:
@@ -109,7 +161,9 @@ class CrawlerVecEnv(VecEnv):
         return time, float(odometers["lifetime_distance"].sum())
 
     def close(self) -> None:
-        """Nothing is open."""
+        """Close the files of the monitors, if there are any."""
+        if self._reports is not None:
+            self._reports.close()
 
     def get_attr(self, attr_name: str, indices: VecEnvIndices = None) -> list[Any]:
         """Values of an attribute of the crawlers.
@@ -118,18 +172,26 @@ class CrawlerVecEnv(VecEnv):
             AttributeError: if one has none of this name.
         """
         chosen = list(self._get_indices(indices))
+        if attr_name == "spec":
+            return [self._spec(self._attributes[i]) for i in chosen]
         if any(attr_name not in self._attributes[i] for i in chosen):
             raise AttributeError(f"a crawler of a batch has no attribute {attr_name!r}")
         return [self._attributes[i][attr_name] for i in chosen]
+
+    def _spec(self, attributes: dict[str, Any]) -> EnvSpec | None:
+        """What `gym.make` needs to make such a crawler."""
+        spec = copy.deepcopy(gym.spec(ENV_ID))
+        spec.kwargs = {name: attributes[name] for name in ("parameters", *SETTINGS, "render_mode")}
+        return with_longest_episode(spec, most_decisions(attributes["parameters"], attributes["time_limit"]))
 
     def set_attr(self, attr_name: str, value: Any, indices: VecEnvIndices = None) -> None:
         """Set an attribute of the crawlers; a setting of the task holds from the next step on.
 
         Raises:
-            AttributeError: if it is `parameters`, which cannot change.
+            AttributeError: if it is `parameters` or `spec`, which cannot change.
         """
-        if attr_name == "parameters":
-            raise AttributeError("the parameters of a crawler cannot change: make another CrawlerVecEnv")
+        if attr_name in ("parameters", "spec"):
+            raise AttributeError(f"the {attr_name} of a crawler cannot change: make another CrawlerVecEnv")
         tasks = {}
         for i in self._get_indices(indices):
             attributes = self._attributes[i] | {attr_name: value}
@@ -153,5 +215,6 @@ class CrawlerVecEnv(VecEnv):
     def env_is_wrapped(
         self, wrapper_class: type[gym.Wrapper[Any, Any, Any, Any]], indices: VecEnvIndices = None
     ) -> list[bool]:
-        """No crawler is wrapped."""
-        return [False for _ in self._get_indices(indices)]
+        """No crawler is wrapped; where `make_vec_env` asks for a `Monitor`, its reports are given."""
+        monitored = self._reports is not None and issubclass(Monitor, wrapper_class)
+        return [monitored for _ in self._get_indices(indices)]

@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from crawler_bench.envs.arguments import require_at_least_zero, require_positive
 from crawler_bench.envs.randomness import State, random
 from crawler_bench.physics.coefficients import (
     Coefficients,
@@ -28,8 +29,8 @@ from crawler_bench.physics.state import LIFETIME, Array, Memory, Nodes, dtype_of
 # What is None is not compiled: kernels without steps are other kernels than those with them.
 Packed = tuple[Array, Array | None]
 
+# How an episode stands after a decision: `info["end"]`.
 RUNNING, DISTANCE, TIME = range(3)
-END_NAMES = (None, "distance", "time")
 
 
 class Task(NamedTuple):
@@ -74,18 +75,17 @@ def make_task(
     Raises:
         ValueError: if a number is not possible.
     """
-    _require_at_least_zero("regularization", regularization)
-    _require_at_least_zero("noise", noise)
-    _require_positive("episode_distance", episode_distance)
-    _require_positive("time_limit", time_limit)
+    require_at_least_zero("regularization", regularization)
+    require_at_least_zero("noise", noise)
+    require_positive("episode_distance", episode_distance)
+    require_positive("time_limit", time_limit)
     per_decision = parameters.penalty == "decision"
     task = Task(
         penalty=float(regularization) if per_decision else 0.0,
         penalty_rate=0.0 if per_decision else float(regularization) * parameters.decision_interval,
         noise=float(noise),
         episode_distance=float(episode_distance),
-        # The last interval may begin before the time limit, never at it; rounding must not add one.
-        episode_intervals=float(np.ceil(time_limit / parameters.decision_interval * (1 - 1e-12))),
+        episode_intervals=_intervals_until(time_limit, parameters),
         longest_hold=parameters.intervals_per_decision,
         k=coefficients(parameters),
     )
@@ -93,14 +93,19 @@ def make_task(
     return as_floats(task), as_floats(stepping(parameters)) if takes_steps else None
 
 
-def _require_at_least_zero(name: str, value: float) -> None:
-    if not (math.isfinite(value) and value >= 0):
-        raise ValueError(f"{name} = {value!r} is not possible: it must be a finite number of at least 0")
+def most_decisions(parameters: CrawlerParameters, time_limit: float) -> int | None:
+    """How many decisions an episode has at the most: as many as intervals fit; None without a time limit.
+
+    Where an action may be held for several intervals (reading `decide_on`), an episode has fewer.
+    """
+    intervals = _intervals_until(time_limit, parameters)
+    return int(intervals) if math.isfinite(intervals) else None
 
 
-def _require_positive(name: str, value: float) -> None:
-    if not value > 0:
-        raise ValueError(f"{name} = {value!r} is not possible: it must be a number above 0")
+def _intervals_until(time_limit: float, parameters: CrawlerParameters) -> float:
+    """Decision intervals until the time limit: the last may begin before it, never at it."""
+    # Rounding must not add one.
+    return float(np.ceil(time_limit / parameters.decision_interval * (1 - 1e-12)))
 
 
 @inner_kernel

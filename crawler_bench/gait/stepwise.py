@@ -120,6 +120,7 @@ def _begin(
         begun = begin_crawl(parameters, warm_up, key)
         batch.memory[i], batch.observation[i] = begun.memory, begun.observation
         batch.generators[i] = seed_words(begun.noise.bit_generator)
+    batch.begun = True
     batch.report()
     if isinstance(batch, KeyholeBatch):
         errors = np.zeros((len(starts), parameters.n_segments))

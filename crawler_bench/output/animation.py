@@ -1,6 +1,6 @@
 """A gait as a film: the crawler above, the strain of its segments against time below."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from math import ceil, floor
 from pathlib import Path
@@ -41,13 +41,14 @@ FILM = Format(fps=25, width=960, body_height=272, panel_height=304)
 GIF = Format(fps=12.5, width=640, body_height=180, panel_height=240)
 
 
-def animate(record: Record, path: Path, title: str) -> None:
+def animate(record: Record, path: Path, title: str, progress: Callable[[float], None] | None = None) -> None:
     """Write the first 80 tau_theta of a record as a film, 5 tau_theta per second.
 
     Args:
         record: of a gait; time and place count from its start.
         path: a file whose name ends in .gif or .mp4; its folder is made if missing.
         title: above the pictures.
+        progress: is told how many pictures are drawn.
 
     Raises:
         ValueError: if the name ends otherwise.
@@ -56,9 +57,21 @@ def animate(record: Record, path: Path, title: str) -> None:
         raise ValueError(f"a film is a .gif or an .mp4, not {path.name!r}")
     path.parent.mkdir(parents=True, exist_ok=True)
     if path.suffix == ".gif":
-        _write_gif(_pictures(record, title, GIF), path)
+        _write_gif(_counted(_pictures(record, title, GIF), progress), path)
     else:
-        _write_film(_pictures(record, title, FILM), path)
+        _write_film(_counted(_pictures(record, title, FILM), progress), path)
+
+
+def count_pictures(record: Record, suffix: str) -> int:
+    """How many pictures a film of a record has."""
+    return len(_moments(record, GIF if suffix == ".gif" else FILM))
+
+
+def _counted(pictures: Iterator[Picture], progress: Callable[[float], None] | None) -> Iterator[Picture]:
+    for number, picture in enumerate(pictures, 1):
+        yield picture
+        if progress is not None:
+            progress(number)
 
 
 def _write_gif(pictures: Iterator[Picture], path: Path) -> None:
@@ -108,15 +121,24 @@ def _write_film(pictures: Iterator[Picture], path: Path) -> None:
 def _pictures(record: Record, title: str, form: Format) -> Iterator[Picture]:
     """The frames of a film, evenly spaced in time."""
     time = record.time - record.time[0]
-    end = min(DURATION, float(time[-1]))
+    end = _end(record)
     count = int(np.searchsorted(time, end * (1 + 1e-9), side="right"))
     displacement = record.displacement[:count] - record.displacement[0].mean()
     panel, box = _panel(time[:count], record.strain[:count], title, form)
-    for moment in np.arange(0, end * (1 + 1e-9), PACE / form.fps):
+    for moment in _moments(record, form):
         sample = int(np.abs(time[:count] - moment).argmin())
         body = draw_crawler(displacement[sample], float(time[sample]), (form.width, form.body_height))
         shown = _reveal(panel, box, moment / end)
         yield np.vstack((shown[: box.title], body, shown[box.title :]))
+
+
+def _end(record: Record) -> float:
+    return min(DURATION, float(record.time[-1] - record.time[0]))
+
+
+def _moments(record: Record, form: Format) -> NDArray[np.float64]:
+    """Times of the pictures, from the start of the film."""
+    return np.arange(0, _end(record) * (1 + 1e-9), PACE / form.fps)
 
 
 @dataclass(frozen=True)

@@ -170,8 +170,14 @@ def grouped(number: float) -> str:
 
 
 def square(axes: Axes, n: int) -> None:
-    """Limits and ticks of an N x N matrix, row 0 on top."""
-    axes.set(xticks=part_ticks(n), yticks=part_ticks(n), xlim=(-0.5, n - 0.5), ylim=(n - 0.5, -0.5))
+    """Limits and ticks of a policy: one row per segment, from 1, one column per neuron, from 0.
+
+    So segments, and muscles with their neurons, have the same numbers in every figure; on the diagonal a
+    segment switches on the neuron of its neighbour ahead.
+    """
+    rows = part_ticks(n)
+    axes.set(xticks=part_ticks(n), yticks=rows, xlim=(-0.5, n - 0.5), ylim=(n - 0.5, -0.5))
+    axes.set_yticklabels([str(row + 1) for row in rows])
 
 
 def part_ticks(parts: int, first: int = 0) -> list[int]:

@@ -3,15 +3,21 @@
 The statistic and the threshold for each sentence are fixed here, for every reading and agent alike.
 """
 
+from __future__ import annotations
+
 from collections.abc import Callable
+from typing import TYPE_CHECKING
 
 import numpy as np
-import pandas as pd
 
+from crawler_bench.config.errors import ConfigError, nearest
 from crawler_bench.gait.metrics import ORDERLY
 from crawler_bench.paper.verdicts import Claim, Kind, Results
 from crawler_bench.statistics import estimates
 from crawler_bench.statistics.estimates import Estimate
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 LOW_NOISE, HIGH_NOISE = 0.025, 0.2  # amplitudes s of the paper's "low" and "high" noise
 LOCAL = 2.0  # a wave is localized if fewer segments than this are contracted at a time, on average
@@ -23,7 +29,7 @@ TAU = 0.017  # s, the paper's value of tau_theta, and 0.051 for the slowest firs
 TAU_SLOW = 0.051
 SEGMENT_THIRD, SEGMENT_FIRST = 0.4, 100.0  # mm and micrometres: length of a segment
 
-REG, UNREG, RANDOM, GRID = "regularized", "unregularized", "untrained", "alpha_gamma"
+REG, UNREG, RANDOM, GRID = EXPERIMENTS = ("regularized", "unregularized", "untrained", "alpha_gamma")
 
 
 def _mean(experiment: str, column: str, factor: float = 1.0) -> Callable[[Results], Estimate]:
@@ -193,9 +199,9 @@ def find_claim(name: str) -> Claim:
     """The claim of a name.
 
     Raises:
-        ValueError: if there is none, naming those there are.
+        ConfigError: if there is none, naming the one that was probably meant or all there are.
     """
     for claim in CLAIMS:
         if claim.name == name:
             return claim
-    raise ValueError(f"no claim is called {name!r}; there are {', '.join(claim.name for claim in CLAIMS)}")
+    raise ConfigError(f"no claim is called {name!r}{nearest(name, [claim.name for claim in CLAIMS])}")

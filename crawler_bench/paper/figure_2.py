@@ -34,8 +34,8 @@ def policies(tables: Mapping[str, Array], visited: Mapping[str, Sequence[int]]) 
         _draw_policy(axes, table, visited[name])
         on = int((np.diag(table) > 0.5).sum())
         style.tidy(axes, f"{name.capitalize()}: {on} of {len(table)} on the diagonal")
-    panels[0].set_ylabel(OBSERVATION_LABEL + ", 0: head-most")
-    wiring = "nearest-neighbour wiring: action = observation"
+    panels[0].set_ylabel(OBSERVATION_LABEL + ", 1: head")
+    wiring = "nearest-neighbour wiring: a segment switches on the neuron ahead"
     handles = [
         Patch(facecolor=style.GREEN, label="action taken in the converged gait"),
         Patch(facecolor=style.LIGHT_GREEN, label="action at an observation that the gait never reaches"),
@@ -112,7 +112,7 @@ def _draw_snapshots(panels: Sequence[Axes], decisions: NDArray[np.int64], tables
 
 def _draw_distances(axes: Axes, distances: pd.DataFrame, n: int) -> None:
     """Draw one faint line per run, and the mean of each experiment."""
-    title = "Distance to nearest-neighbour wiring (action = observation): the mean, and faintly each run"
+    title = "Distance to nearest-neighbour wiring: the mean, and faintly each run"
     style.tidy(axes, title)
     axes.set_xlabel("decisions")
     axes.set_ylabel(f"entries off the\ndiagonal, of {n}")

@@ -1,6 +1,7 @@
 """Fig. 3, the gaits compared: power, duration of a cycle, and speed against noise."""
 
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -13,6 +14,9 @@ from matplotlib.figure import Figure
 from crawler_bench.output import style
 from crawler_bench.statistics import estimates
 from crawler_bench.statistics.estimates import Array
+
+BEYOND = 0.12  # of a cycle that is shown again on either side
+ORDINARY = (0.5, 99.5)  # percentiles of the cycles between which the axis of Fig. 3B ends
 
 
 def power_by_phase(phased: Mapping[str, Array]) -> Figure:
@@ -35,9 +39,9 @@ def power_by_phase(phased: Mapping[str, Array]) -> Figure:
             style.show_missing(axes, "no cycle found")
             continue
         _draw_power(axes, cycles, colours)
-    panels[0].set(xlim=(0, 1))
+    panels[0].set(xlim=(-BEYOND, 1 + BEYOND))
     panels[0].set_ylim(bottom=0)
-    panels[-1].set_xlabel("phase of the cycle (0: a new wave begins)")
+    panels[-1].set_xlabel("phase of the cycle (0: a new wave begins; shaded: the neighbouring cycles)")
     scale = ScalarMappable(BoundaryNorm(np.arange(nodes + 1) - 0.5, style.NODES.N), style.NODES)
     bar = figure.colorbar(
         scale, ax=list(panels), label="node (0 = head)", ticks=style.part_ticks(nodes), pad=0.02, aspect=30
@@ -48,11 +52,21 @@ def power_by_phase(phased: Mapping[str, Array]) -> Figure:
 
 
 def _draw_power(axes: Axes, cycles: Array, colours: Array) -> None:
-    phase = (np.arange(cycles.shape[1]) + 0.5) / cycles.shape[1]
+    """Draw every cycle with the ends of its neighbours, so that a peak at phase 0 is seen whole."""
+    count = cycles.shape[1]
+    beyond = round(BEYOND * count)
+    phase = (np.arange(-beyond, count + beyond) + 0.5) / count
     mean = np.ma.masked_invalid(cycles).mean(axis=0).filled(np.nan)
+    around = np.concatenate([mean[count - beyond :], mean, mean[:beyond]])
+    unknown = np.full((1, beyond, cycles.shape[2]), np.nan)
+    before = np.concatenate([unknown, cycles[:-1, count - beyond :]])
+    after = np.concatenate([cycles[1:, :beyond], unknown])
+    extended = np.concatenate([before, cycles, after], axis=1)
     for node in range(cycles.shape[2]):
-        axes.plot(phase, cycles[:, :, node].T, color=colours[node], lw=0.4, alpha=0.35)
-        axes.plot(phase, mean[:, node], color=colours[node], lw=1.8)
+        axes.plot(phase, extended[:, :, node].T, color=colours[node], lw=0.4, alpha=0.35)
+        axes.plot(phase, around[:, node], color=colours[node], lw=1.8)
+    for side in ((-BEYOND, 0), (1, 1 + BEYOND)):
+        axes.axvspan(*side, color=style.INK, alpha=0.06, lw=0)
 
 
 def cycle_durations(cycles: pd.DataFrame) -> Figure:
@@ -64,7 +78,7 @@ def cycle_durations(cycles: pd.DataFrame) -> Figure:
     title = "Fig. 3B. Duration of a cycle: one wave of contraction through the body"
     figure = style.new_figure(8, 4.6, title)
     histogram, runs = figure.subplots(2, 1, sharex=True, height_ratios=(2.6, 1))
-    style.tidy(histogram, "All cycles")
+    style.tidy(histogram, "Cycles of all runs")
     style.tidy(runs, "Mean of each training run (dots); over runs, with its 95 % interval (bar)")
     histogram.set_ylabel("share of cycles (%)")
     runs.set_xlabel(r"duration ($\tau_\theta$)")
@@ -73,14 +87,35 @@ def cycle_durations(cycles: pd.DataFrame) -> Figure:
         runs.set_ylabel("gait")
         return figure
     names = [name for name in style.EXPERIMENT_COLOURS if name in set(cycles["experiment"])]
-    look = {"hue": "experiment", "hue_order": names, "palette": style.EXPERIMENT_COLOURS}
+    look: dict[str, Any] = {"hue": "experiment", "hue_order": names, "palette": style.EXPERIMENT_COLOURS}
     sns.histplot(
         cycles, x="duration", stat="percent", common_norm=False, bins=_bins(cycles["duration"].to_numpy()),
         element="step", alpha=0.4, ax=histogram, **look,
     )  # fmt: skip
     histogram.get_legend().set(title=None, frame_on=False)
     _draw_run_means(runs, cycles, names)
+    _inset_all(histogram, cycles, look)
     return figure
+
+
+def _inset_all(axes: Axes, cycles: pd.DataFrame, look: dict[str, Any]) -> None:
+    """End the axis where nearly all cycles do, and draw all of them, the rare ones too, in an inset."""
+    durations = cycles["duration"].to_numpy(np.float64)
+    means = cycles.groupby(["experiment", "seed"])["duration"].mean()
+    low, high = np.percentile(durations, ORDINARY)
+    low, high = min(low, means.min()), max(high, means.max())
+    spread = max(high - low, 1.0)
+    if durations.max() - durations.min() < 1.5 * spread:
+        return
+    axes.set_xlim(low - 0.05 * spread, high + 0.5 * spread)  # room for legend and inset
+    inset = axes.inset_axes((0.72, 0.28, 0.27, 0.42))
+    sns.histplot(
+        cycles, x="duration", bins=_bins(durations), element="step", alpha=0.4, ax=inset, legend=False, **look
+    )
+    inset.set_yscale("log")
+    inset.tick_params(labelsize=7)
+    inset.set_xlabel(r"all cycles ($\tau_\theta$)", fontsize=8)
+    inset.set_ylabel("number", fontsize=8)
 
 
 def _draw_run_means(axes: Axes, cycles: pd.DataFrame, names: list[str]) -> None:

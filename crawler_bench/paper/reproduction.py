@@ -30,7 +30,6 @@ from crawler_bench.runs.sweep import Outcome, require_success, run_experiments
 from crawler_bench.runs.training import agent_file
 
 GAITS = ("regularized", "unregularized")
-EXPERIMENTS = (*GAITS, "untrained", "alpha_gamma")
 
 
 @dataclass(frozen=True)
@@ -139,10 +138,11 @@ def _figures(found: Reproduction) -> dict[str, Figure]:
     }
     crossing, _ = noise_crossover(Results(found.runs, found.evaluations))
     snapshots = {gait: _snapshots(outcome) for gait, (outcome, _) in shown.items()}
+    run = {gait: _name_run(*each) for gait, each in shown.items()}
     return {
         "fig_1a": fig_1a(),
-        "fig_2a": kymographs.gait(gaits["regularized"], "Fig. 2A. Regularized gait (ε = 0.01)"),
-        "fig_2b": kymographs.gait(gaits["unregularized"], "Fig. 2B. Unregularized gait (ε = 0)"),
+        "fig_2a": kymographs.gait(gaits["regularized"], f"Fig. 2A. Regularized, {run['regularized']}"),
+        "fig_2b": kymographs.gait(gaits["unregularized"], f"Fig. 2B. Unregularized, {run['unregularized']}"),
         "fig_2c": policies(
             {gait: evaluation.table for gait, (_, evaluation) in shown.items()},
             {gait: metrics.visited_observations(record) for gait, record in gaits.items()},
@@ -156,6 +156,13 @@ def _figures(found: Reproduction) -> dict[str, Figure]:
         "fig_s1": untrained(_untrained_record(found)),
         "fig_learning": learning(snapshots, _distances(found)),
     }  # fmt: skip
+
+
+def _name_run(outcome: Outcome, evaluation: Evaluation) -> str:
+    """Which run is shown, in words: its regularization, seed and policy."""
+    epsilon, seed = outcome.cell.config.environment.regularization, outcome.cell.seed
+    policy = metrics.policy_text(evaluation.table)
+    return f"ε = {epsilon:g} (a typical run: seed {seed}, policy {policy})"
 
 
 def _untrained_record(found: Reproduction) -> Record:

@@ -5,14 +5,19 @@ interval of the paired difference excludes 0, partly if the difference has the r
 reproduced from 80 %, partly from 50 %.
 """
 
+from __future__ import annotations
+
 from collections.abc import Callable
 from dataclasses import astuple, dataclass
 from enum import Enum
+from typing import TYPE_CHECKING
 
 import numpy as np
-import pandas as pd
 
 from crawler_bench.statistics.estimates import Estimate
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 
 class Kind(Enum):
@@ -104,6 +109,8 @@ def judge_claims(results: Results, claims: tuple[Claim, ...], options: str = "")
     Returns:
         One row per claim: claim, source, paper, ours, low, high, n, verdict, command.
     """
+    import pandas as pd
+
     rows = []
     for claim in claims:
         ours = claim.measure(results)

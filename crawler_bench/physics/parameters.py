@@ -33,21 +33,19 @@ class CrawlerParameters:
     n_segments: int = 10  # segments N; nodes are 0 (head) to N (tail) [M20, Fig. 1]
     damping: float = 3.5  # c tau_theta / k [M20, Table S1]
     tau_m: float = 1.0  # decay time of a spike's drive, tau_theta [M20, Table S1]
-    tau_f: float = 0.7  # relaxation time of the muscle force, tau_theta [fitted; named in eq. 4, not given]
+    tau_f: float = 0.4  # relaxation time of the muscle force, tau_theta [P16, Table 1; eq. 4 names it]
     muscle_force_max: float = 1.0  # k L [M20, Table S1]
     friction_forward: float = 0.3  # k L: backward limit / anisotropy = 9 / 30 [M20, Table S1]
     friction_backward: float = 9.0  # k L [M20, Table S1, "scaled backward frictional force"]
     friction_law: str = "table"  # reading: "literal" makes 9 the *forward* limit, as eq. 8 prints it
-    head_muscle: str = "reaction"  # reading: does f_0 pull back on node 1 ("reaction") or not ("external")
-    spike_phase: str = "pi"  # reading: eq. 7 spikes at theta = pi, its text at multiples of 2 pi; or at both
-    neuron_rate: float = (
-        2.0  # 1 / tau_theta, multiplies eq. 6; tau_m / tau_theta if times are in tau_m [fitted]
-    )
-    spike_gain: float = 2.0  # multiplies the sum of eq. 5 [fitted; printed as 1]
+    head_muscle: str = "external"  # reading: does f_0 pull back on node 1 ("reaction") or not ("external")
+    spike_phase: str = "every_pi"  # reading: eq. 7 spikes at pi, its text at multiples of 2 pi; or at both
+    neuron_rate: float = 1.59  # 1 / tau_theta, multiplies eq. 6; tau_m / tau_theta in times of tau_m [fitted]
+    spike_gain: float = 1.0  # multiplies the sum of eq. 5 [M20]
     observation: str = "most_contracted"  # reading: eq. 9's argmin taken literally is "most_stretched"
     dt: float = 0.01  # integration step, tau_theta [M20, Table S1]
     integrator: str = "exact"  # from event to event, or implicit Euler steps of dt
-    decision_interval: float = 0.2  # time between actions, tau_theta [fitted; the paper has 0.01]
+    decision_interval: float = 0.19  # between actions, tau_theta [derived from gamma; Table S1 has 0.01]
     penalty: str = "decision"  # reading: eq. 11 takes epsilon r_2 off once per decision, or per unit of time
     decide_on: str = (
         "interval"  # reading: act at every interval, or at the first where the observation changes
@@ -98,7 +96,8 @@ class CrawlerParameters:
                 "friction_forward",
                 self.friction_forward,
                 f"(n_segments + 1) times the forward limit above muscle_force_max = "
-                f"{self.muscle_force_max:g} when head_muscle is 'external'",
+                f"{self.muscle_force_max:g}, or head_muscle 'reaction': without the reaction of eq. 1 only "
+                "friction holds the body",
             )
 
     @property

@@ -8,11 +8,11 @@ import itertools
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from crawler_bench.config.schema import EnvironmentConfig, RunConfig, nearest, override, to_mapping
+from crawler_bench.config.errors import ConfigError, nearest
+from crawler_bench.config.schema import EnvironmentConfig, RunConfig, override, to_mapping
 from crawler_bench.readings.fields import (
     FIELDS,
     GIVEN,
-    NO_LIMIT,
     PRINTED_STEP,
     REGULARIZATION,
     Field,
@@ -92,20 +92,19 @@ def _alone(field: Field, value: Value) -> dict[str, Value]:
 LITERAL = {
     "parameters.friction_law": "literal",
     "parameters.observation": "most_stretched",
-    "parameters.head_muscle": "external",
+    "parameters.spike_phase": "pi",
     "parameters.neuron_rate": 1.0,
-    "parameters.spike_gain": 1.0,
     "parameters.decision_interval": PRINTED_STEP,
-    "environment.time_limit": NO_LIMIT,
     "parameters.tau_f": 1.0,
 }
-SAME_TIME = 16_000_000  # decisions of PRINTED_STEP take as long as 800,000 of the default's
+SAME_TIME = 16_000_000  # decisions of PRINTED_STEP take about as long as 800,000 of the default's
 DEFAULT = Reading("default", "default", {})
 # The default until November 2026, in which random action is faster than the gait that is learned.
 FORMER = Reading(
     "former-default",
     "former",
     {
+        "parameters.head_muscle": "reaction",
         "parameters.tau_f": 0.7,
         "parameters.neuron_rate": 2.0,
         "parameters.spike_gain": 2.0,
@@ -130,20 +129,20 @@ def _repairs() -> list[Reading]:
 
 def _sourced() -> list[Reading]:
     """No free constant but the two of every reading: the words where they contradict an equation."""
-    printed = {key: LITERAL[key] for key in LITERAL if key not in list(LITERAL)[:3] and "tau_f" not in key}
+    printed = {key: LITERAL[key] for key in ("parameters.neuron_rate", "parameters.decision_interval")}
     return [
         Reading(
             f"sourced,tau_f={tau_f:g},{phase}",
             "sourced",
             {**printed, "parameters.tau_f": tau_f, "parameters.spike_phase": phase},
         )
-        for tau_f, phase in itertools.product((1.0, 0.4), ("pi", "2pi"))
-        if (tau_f, phase) != (1.0, "pi")  # the third repair of the literal reading is this one
+        for tau_f, phase in itertools.product((1.0, 0.4), ("pi", "2pi", "every_pi"))
+        if (tau_f, phase) not in ((1.0, "pi"), (1.0, "every_pi"))  # two repairs of the literal reading
     ]
 
 
 def _pairs() -> list[Reading]:
-    """The strength of a muscle split between neuron_rate and spike_gain, and combinations known to work."""
+    """The former default with another split of a muscle's strength, or other values known to work."""
     rate, gain, tau_f = "parameters.neuron_rate", "parameters.spike_gain", "parameters.tau_f"
     held, phase = "parameters.decision_interval", "parameters.spike_phase"
     split: list[dict[str, Value]] = [
@@ -159,16 +158,18 @@ def _pairs() -> list[Reading]:
         {rate: 3.0, gain: 1.3, held: 0.1},
         {rate: 1.0, gain: 3.15, tau_f: 0.4, phase: "2pi"},
     ]
-    return [_reading("pairs", changes) for changes in split + near]
+    return [Reading(f"former,{_name(each)}", "pairs", {**FORMER.changes, **each}) for each in (*split, *near)]
 
 
 def _sparse() -> list[Reading]:
-    """One fitted constant of the body at a time, the other as printed, tau_f from a source."""
+    """One fitted constant of the body at a time, and others with which the search did well."""
     rate, gain, tau_f = "parameters.neuron_rate", "parameters.spike_gain", "parameters.tau_f"
-    changes: list[dict[str, Value]] = []
-    for sourced in (1.0, 0.4):
-        changes += [{tau_f: sourced, gain: 1.0, rate: value} for value in (3.0, 4.0)]
-        changes += [{tau_f: sourced, rate: 1.0, gain: value} for value in (5.0, 6.0)]
+    at_pi = {"parameters.spike_phase": "pi"}
+    changes: list[dict[str, Value]] = [{tau_f: 1.0, rate: value} for value in (1.7, 1.8, 1.9)]
+    changes += [{**at_pi, tau_f: sourced, rate: value} for sourced in (1.0, 0.4) for value in (3.0, 4.0)]
+    changes += [{tau_f: sourced, rate: 1.0, gain: value} for sourced in (1.0, 0.4) for value in (1.5, 2.0)]
+    near = {"settings.initial_q": 5.86, "environment.episode_distance": 5.97}
+    changes.append({**at_pi, tau_f: 0.696, rate: 2.46, gain: 1.53, **near})
     return [_reading("sparse", each) for each in changes]
 
 
@@ -182,16 +183,16 @@ def one_at_a_time() -> tuple[Reading, ...]:
 def readings() -> tuple[Reading, ...]:
     """Every reading but those of the search, the default first."""
     given = [_reading("given", _alone(field, value)) for field in GIVEN for value in field.tried]
-    return (DEFAULT, *_pairs(), *_sparse(), *one_at_a_time(), *given, *_sourced(), *_repairs())
+    return (DEFAULT, FORMER, *_pairs(), *_sparse(), *one_at_a_time(), *given, *_sourced(), *_repairs())
 
 
 def find_reading(name: str, among: tuple[Reading, ...]) -> Reading:
     """The reading of a name.
 
     Raises:
-        ValueError: if there is none, suggesting the nearest.
+        ConfigError: if there is none, suggesting the nearest.
     """
     for reading in among:
         if reading.name == name:
             return reading
-    raise ValueError(f"no reading is called {name!r}{nearest(name, [each.name for each in among])}")
+    raise ConfigError(f"no reading is called {name!r}{nearest(name, [each.name for each in among])}")

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from crawler_bench.config.errors import ConfigError
 from crawler_bench.output import style
 from crawler_bench.output.cells import markdown
 from crawler_bench.output.csv_files import DIGITS, write_csv
@@ -87,11 +88,11 @@ def check(laboratory: Laboratory, folder: Path, seeds: Sequence[int], number: in
         reading, score (in the table), again, same.
 
     Raises:
-        ValueError: if there is no table.
+        ConfigError: if there is no table.
     """
     known = read_readings(folder)
     if not known:
-        raise ValueError(f"{folder} holds no readings.csv; `crawler-bench readings` makes one")
+        raise ConfigError(f"{folder} holds no readings.csv; `crawler-bench readings` makes one")
     scores = pd.read_csv(folder / "readings.csv").set_index("reading")["score"].to_dict()
     picked = np.random.default_rng(time.time_ns()).choice(len(known), min(number, len(known)), replace=False)
     rerun = laboratory.run([known[i] for i in picked], seeds)

@@ -17,7 +17,7 @@ from crawler_bench.benchmark import tables as benchmark_tables
 from crawler_bench.paper import tables as paper_tables
 from crawler_bench.readings import tables as readings_tables
 from crawler_bench.readings.search import tables as search_tables
-from crawler_bench.report import speed
+from crawler_bench.report import readme, speed
 
 
 def blocks(results: Path) -> dict[str, Callable[[], str]]:
@@ -37,6 +37,7 @@ def blocks(results: Path) -> dict[str, Callable[[], str]]:
         "not reproduced": lambda: paper_tables.not_reproduced(claims()),
         "runs": lambda: paper_tables.runs_table(pd.read_csv(results / "runs.csv", dtype={"policy": str})),
         "parameters": paper_tables.parameters_table,
+        **readme.blocks(results),
         **speed.blocks(results.parent / "speed"),
         **readings_tables.blocks(results.parent / "readings"),
         **search_tables.blocks(results.parent / "search"),

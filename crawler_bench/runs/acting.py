@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from crawler_bench.config.schema import ConfigError
+from crawler_bench.config.errors import ConfigError
 from crawler_bench.envs.keyholes import INDEX, space
 from crawler_bench.gait.record import Array
 from crawler_bench.runs.agent import Agent, ask

@@ -8,8 +8,8 @@ from typing import Any, Protocol, Self, cast
 import numpy as np
 from numpy.typing import NDArray
 
+from crawler_bench.config.errors import ConfigError
 from crawler_bench.config.files import agent_spec
-from crawler_bench.config.schema import ConfigError
 
 
 class Agent(Protocol):
@@ -49,7 +49,7 @@ def agent_class(name: str) -> type[Agent]:
         raise ConfigError(f"agent {spec!r} is not of the form module:Class")
     module, _, attribute = spec.partition(":")
     try:
-        _require_our_agents(module)
+        require_our_agents(module)
         found = getattr(import_module(module), attribute)
     except Exception as error:  # the module is the user's: anything can happen while it runs
         known = isinstance(error, ImportError | AttributeError | ConfigError)
@@ -59,7 +59,7 @@ def agent_class(name: str) -> type[Agent]:
     return cast(type[Agent], found)
 
 
-def _require_our_agents(module: str) -> None:
+def require_our_agents(module: str) -> None:
     """Refuse another package called `agents` before its modules are looked for."""
     if module.partition(".")[0] != "agents":
         return
@@ -73,7 +73,10 @@ def _require_our_agents(module: str) -> None:
 
 def _require_agent(spec: str, found: Any) -> None:
     if not isinstance(found, type):
-        raise ConfigError(f"{spec!r} is not an agent: an agent is a class, this is a {type(found).__name__}")
+        raise ConfigError(
+            f"{spec!r} is not an agent: an agent is a class with {', '.join(METHODS)}, like "
+            f"Stable-Baselines3's; this is a {type(found).__name__}"
+        )
     if missing := [method for method in METHODS if not callable(getattr(found, method, None))]:
         raise ConfigError(
             f"{spec!r} is not an agent: an agent has {', '.join(METHODS)}; it has no {missing[0]}"

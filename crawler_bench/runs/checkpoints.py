@@ -17,14 +17,17 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from crawler_bench.config.schema import ConfigError, RunConfig
+from crawler_bench.config.errors import ConfigError
+from crawler_bench.config.schema import RunConfig
 from crawler_bench.runs import store
 from crawler_bench.runs.agent import Agent, agent_class, is_stable_baselines
-from crawler_bench.runs.training import LearningRecorder, learn, make_agent, make_env, train
+from crawler_bench.runs.training import LearningRecorder, Progress, learn, make_agent, make_env, train
 
 UNFINISHED = ".unfinished"  # behind the name of the run's folder
 BUFFER = ("observations", "next_observations", "actions", "rewards", "dones", "timeouts")
-CRAWLERS = ("memory", "generators", "observation", "outcome", "end", "view", "final_view")
+CRAWLERS = (
+    "memory", "generators", "observation", "outcome", "end", "ended", "_decisions", "view", "final_view",
+)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -48,7 +51,7 @@ class Habits:
         return bool(self.save_every or self.eval_every or self.tensorboard)
 
 
-def train_long(config: RunConfig, seed: int, root: Path, habits: Habits, progress_bar: bool = False) -> Path:
+def train_long(config: RunConfig, seed: int, root: Path, habits: Habits, progress: Progress = None) -> Path:
     """Train as `train` does, with habits; goes on from a checkpoint of the same run, if there is one.
 
     Raises:
@@ -64,21 +67,21 @@ def train_long(config: RunConfig, seed: int, root: Path, habits: Habits, progres
     final = store.run_folder(root, config, seed)
     place = final.with_name(final.name + UNFINISHED)
 
-    def learner(config: RunConfig, seed: int, progress_bar: bool) -> tuple[Agent, LearningRecorder]:
-        return _learn(config, seed, place, habits, progress_bar)
+    def learner(config: RunConfig, seed: int, progress: Progress) -> tuple[Agent, LearningRecorder]:
+        return _learn(config, seed, place, habits, progress)
 
-    folder = train(config, seed, root, progress_bar, learner)
+    folder = train(config, seed, root, progress, learner)
     shutil.rmtree(place, ignore_errors=True)
     return folder
 
 
-def go_on(folder: Path, habits: Habits, progress_bar: bool = False) -> Path:
+def go_on(folder: Path, habits: Habits, progress: Progress = None) -> Path:
     """Go on with an unfinished run.
 
     Args:
         folder: of the run, with or without ".unfinished" behind its name.
         habits: from here on; without `save_every` it saves as often as before.
-        progress_bar: show one.
+        progress: is told the number of decisions that are done.
 
     Returns:
         The folder of the finished run.
@@ -97,7 +100,7 @@ def go_on(folder: Path, habits: Habits, progress_bar: bool = False) -> Path:
         )
     told = json.loads((place / "checkpoint" / store.MANIFEST).read_text())
     kept = Habits(habits.save_every or int(told["save_every"]), habits.eval_every, habits.tensorboard)
-    return train_long(config, seed, folder.parent, kept, progress_bar)
+    return train_long(config, seed, folder.parent, kept, progress)
 
 
 def _require_tensorboard() -> None:
@@ -110,21 +113,21 @@ def _require_tensorboard() -> None:
 
 
 def _learn(
-    config: RunConfig, seed: int, place: Path, habits: Habits, progress_bar: bool
+    config: RunConfig, seed: int, place: Path, habits: Habits, progress: Progress
 ) -> tuple[Agent, LearningRecorder]:
     """Learn as `training.learn` does, from the start or from a checkpoint."""
     if not habits.any and not place.exists():
-        return learn(config, seed, progress_bar)
+        return learn(config, seed, progress)
     from stable_baselines3.common.callbacks import BaseCallback, CallbackList, ConvertCallback, EvalCallback
 
     env = make_env(config)
     agent: Any = make_agent(config, env, seed)
-    recorder = LearningRecorder(env, agent, config.decisions)
+    recorder = LearningRecorder(env, agent, config.decisions, progress=progress)
     saved = place / "checkpoint"
     done = 0
     if (saved / store.MANIFEST).is_file():
         agent = _restore(saved, agent, env)
-        recorder = LearningRecorder(env, agent, config.decisions)
+        recorder = LearningRecorder(env, agent, config.decisions, progress=progress)
         curve = pd.read_csv(saved / "learning.csv", dtype={"policy": str}, keep_default_na=False)
         recorder.go_on(curve, json.loads((saved / store.MANIFEST).read_text())["gradient_updates"])
         done = agent.num_timesteps
@@ -157,7 +160,7 @@ def _learn(
         # Rewards are scaled where it learns, and not where it is evaluated: that is meant.
         warnings.filterwarnings("ignore", "Training and eval env are not of the same type")
         agent.learn(
-            config.decisions - done, callback=CallbackList(callbacks), progress_bar=progress_bar,
+            config.decisions - done, callback=CallbackList(callbacks), progress_bar=False,
             reset_num_timesteps=done == 0, tb_log_name=place.name.removesuffix(UNFINISHED),
         )  # fmt: skip
     recorder.record(agent, last=True)
@@ -238,7 +241,7 @@ def _place(env: Any, arrays: dict[str, Any]) -> None:
     if hasattr(inner, "crawlers"):
         for name, values in arrays.items():
             getattr(inner.crawlers, name)[:] = values
-        inner._seeded = True
+        inner._seeded = inner.crawlers.begun = True
         return
     env.reset(seed=0)  # wrappers want one before the first step
     inner.memory[:] = arrays["memory"]

@@ -4,10 +4,11 @@ A table goes through one compiled loop, whoever learned it; whatever is no table
 from the same starts and with the same noise (`acting`).
 """
 
+import hashlib
 import itertools
 import time
 import zipfile
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -24,7 +25,7 @@ from crawler_bench.gait.stepwise import Policy, crawl
 from crawler_bench.runs import store
 from crawler_bench.runs.acting import policy_of
 from crawler_bench.runs.policy_table import probabilities
-from crawler_bench.runs.training import load_agent
+from crawler_bench.runs.training import agent_file, load_agent
 
 NO_TABLE = "none"  # the content of table.csv where the policy is no table
 
@@ -49,25 +50,30 @@ class Evaluation:
     gait: Record
 
 
-def evaluate(folder: Path, config: EvaluationConfig | None = None) -> Path:
+def evaluate(
+    folder: Path,
+    config: EvaluationConfig | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> Path:
     """Evaluate a trained run, unless it has been done.
 
     Args:
         folder: the run.
         config: how; by default as the run's own configuration says.
+        progress: is told how many crawls are done.
 
     Returns:
         The folder of the evaluation, inside the run's.
     """
     run, seed = store.read_run(folder)
     config = config or run.evaluation
-    place = folder / f"evaluation-{store.evaluation_key(config)}"
+    place = evaluation_folder(folder, config)
     if (place / store.MANIFEST).is_file():
         return place
     started = time.time()
     agent, n_segments = load_agent(folder, run), run.parameters.n_segments
     policy = policy_of(agent, run.environment.keyhole, config.mode, n_segments, seed)
-    evaluation = measure(run, seed, policy, config)
+    evaluation = measure(run, seed, policy, config, progress)
     with store.publish(place) as draft:
         _write_table(evaluation.table, draft / "table.csv")
         for name in ("starts", "cycles", "nodes"):
@@ -75,6 +81,17 @@ def evaluate(folder: Path, config: EvaluationConfig | None = None) -> Path:
         np.savez_compressed(draft / "gait.npz", **vars(evaluation.gait))
         store.write_manifest(draft, started)
     return place
+
+
+def evaluation_folder(folder: Path, config: EvaluationConfig) -> Path:
+    """Where an evaluation of a run is kept: named by how it measures, and by the agent's file as it is now.
+
+    An agent's file that somebody has changed is measured again; what the old one did is not shown as its own.
+    """
+    saved = agent_file(folder)
+    content = saved.read_bytes() if saved.is_file() else b""
+    key = f"{store.evaluation_key(config)}-{hashlib.sha256(content).hexdigest()[:6]}"
+    return folder / f"evaluation-{key}"
 
 
 def read_evaluation(place: Path) -> Evaluation:
@@ -107,7 +124,11 @@ def _read_table(path: Path, n_segments: int) -> NDArray[np.float64]:
 
 
 def measure(
-    run: RunConfig, seed: int, policy: NDArray[np.float64] | Policy, config: EvaluationConfig
+    run: RunConfig,
+    seed: int,
+    policy: NDArray[np.float64] | Policy,
+    config: EvaluationConfig,
+    progress: Callable[[float], None] | None = None,
 ) -> Evaluation:
     """Roll a policy out from every start under every noise, and take its measure.
 
@@ -116,6 +137,7 @@ def measure(
         seed: of the draws of a table.
         policy: a table, (N, N), or what is asked at every decision.
         config: how to measure.
+        progress: is told how many crawls are done.
     """
     longest = max(config.duration, config.settle + config.gait)
     crawls = _crawls(run, seed, policy, config, longest)
@@ -143,6 +165,8 @@ def measure(
                 nodes += [(start, j, peaks[j], durations[j]) for j in range(peaks.size)]
                 gaits.append((stalled, start, gait))
             rows.append(row)
+            if progress is not None:
+                progress(len(rows))
     return Evaluation(
         policy if isinstance(policy, np.ndarray) else np.empty((0, run.parameters.n_segments)),
         pd.DataFrame(rows),

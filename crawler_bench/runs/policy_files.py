@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from crawler_bench.config.schema import RunConfig, to_mapping
+from crawler_bench.config.schema import RunConfig, build, to_mapping
 from crawler_bench.runs.policy_table import probabilities
 from crawler_bench.runs.store import NotARunError
 
@@ -62,7 +62,7 @@ def read_policy(path: Path) -> Policy:
     path = path.with_suffix(".json")
     try:
         content = json.loads(path.read_text())
-        config = RunConfig.model_validate(content["run"])
+        config = build(RunConfig, content["run"], "run")
         n = config.parameters.n_segments
         tables = {str(mode): probabilities(table, n) for mode, table in content["tables"].items()}
         if not tables:

@@ -5,7 +5,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from crawler_bench.config.schema import ConfigError
+from crawler_bench.config.errors import ConfigError
 from crawler_bench.runs.agent import Agent, ask
 
 Array = NDArray[np.float64]

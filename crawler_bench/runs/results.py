@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -10,6 +11,8 @@ from crawler_bench.config.schema import RunConfig
 from crawler_bench.gait import metrics
 from crawler_bench.runs.evaluation import Evaluation, read_evaluation
 from crawler_bench.runs.sweep import Outcome
+
+CYCLE_DIGITS = 1  # of the duration of a cycle, tau_theta, within which two runs count as equal
 
 
 @dataclass(frozen=True)
@@ -112,7 +115,10 @@ def _learning_speed(learning: pd.DataFrame, since: float) -> float:
 
 
 def typical_run(runs: pd.DataFrame, outcomes: Sequence[Outcome]) -> Outcome:
-    """The run to show of several: of those with the commonest policy, the median one by reward.
+    """The run to show of several: of those with the commonest policy, the one nearest to the middle of all.
+
+    Nearest first by the duration of its cycle, where there are cycles, then by reward: where every run has a
+    policy of its own, the one shown has the cycle that most have.
 
     Args:
         runs: one row per run and mode, of these outcomes and others.
@@ -125,6 +131,19 @@ def typical_run(runs: pd.DataFrame, outcomes: Sequence[Outcome]) -> Outcome:
     rows = runs[runs["run"].isin(list(finished))].drop_duplicates("run") if finished else runs
     if not finished:
         raise RuntimeError("no run succeeded: there is nothing to show")
-    shared = rows["policy"].map(rows["policy"].value_counts())
-    commonest = rows[shared == shared.max()].sort_values(["reward", "seed"])
-    return finished[commonest.iloc[(len(commonest) - 1) // 2]["run"]]
+    return finished[typical_row(rows)["run"]]
+
+
+def typical_row(runs: pd.DataFrame) -> "pd.Series[Any]":
+    """The row of the run to show: see `typical_run`."""
+    shared = runs["policy"].map(runs["policy"].value_counts())
+    commonest = runs[shared == shared.max()].sort_values(["reward", "seed"])
+    middle = commonest.iloc[(len(commonest) - 1) // 2]["reward"]
+    cycle = commonest.get("cycle_duration", pd.Series(np.nan, commonest.index))
+    away = pd.DataFrame({
+        "cycle": (cycle - cycle.median()).abs().round(CYCLE_DIGITS),
+        "reward": (commonest["reward"] - middle).abs(),
+    })  # fmt: skip
+    nearest = away.sort_values(["cycle", "reward"], kind="stable", na_position="last").index[0]
+    row: pd.Series[Any] = commonest.loc[nearest]
+    return row

@@ -4,7 +4,6 @@ A folder is written beside its final place and renamed when it is complete, so t
 all, however the process ends. Nothing in it is ever overwritten; only its manifest knows the time of day.
 """
 
-import errno
 import hashlib
 import importlib.util
 import json
@@ -24,7 +23,7 @@ from pathlib import Path
 from typing import Any
 
 from crawler_bench.config.files import agent_spec, read_mapping
-from crawler_bench.config.schema import EvaluationConfig, RunConfig, to_mapping, to_yaml
+from crawler_bench.config.schema import EvaluationConfig, RunConfig, build, to_mapping, to_yaml
 from crawler_bench.physics.compiled import KERNEL_HASH, source_hash
 
 MANIFEST = "manifest.json"
@@ -97,7 +96,7 @@ def read_run(folder: Path) -> tuple[RunConfig, int]:
         )
     try:
         content = read_mapping(folder / CONFIG)
-        return RunConfig.model_validate(content["run"]), int(content["seed"])
+        return build(RunConfig, content["run"], "run"), int(content["seed"])
     except (KeyError, TypeError, ValueError) as error:
         raise NotARunError(
             f"{folder / CONFIG} does not describe a run: {' '.join(str(error).split())}"
@@ -189,15 +188,6 @@ def write_command(folder: Path) -> None:
     """Write the command line that made a folder."""
     words = [Path(sys.argv[0]).name, *sys.argv[1:]]
     (folder / "command.txt").write_text(shlex.join(words) + "\n")
-
-
-def explain(error: BaseException) -> str:
-    """One line that says what is wrong and, where it is known, what to do."""
-    if not isinstance(error, OSError):
-        return " ".join(str(error).split())
-    if error.errno == errno.ENOSPC:
-        return "the disk is full; free some room and repeat the command: it goes on from the finished runs"
-    return f"{error.filename}: {error.strerror}" if error.filename else str(error)
 
 
 def _git_state() -> dict[str, Any] | None:

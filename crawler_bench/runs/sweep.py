@@ -8,19 +8,13 @@ from pathlib import Path
 
 from joblib import Parallel, delayed
 from rich.console import Console
-from rich.progress import (
-    BarColumn,
-    MofNCompleteColumn,
-    Progress,
-    TextColumn,
-    TimeElapsedColumn,
-    TimeRemainingColumn,
-)
 
-from crawler_bench.config.schema import ConfigError, Experiment, RunConfig
+from crawler_bench.config.errors import ConfigError, explain
+from crawler_bench.config.schema import Experiment, RunConfig
 from crawler_bench.runs import store
 from crawler_bench.runs.agent import agent_class
 from crawler_bench.runs.evaluation import evaluate
+from crawler_bench.runs.progress import SweepProgress
 from crawler_bench.runs.training import train
 
 
@@ -102,7 +96,7 @@ def run_cell(cell: Cell, root: Path) -> Outcome:
 
 def _say_error(error: Exception) -> str:
     known = isinstance(error, OSError | ConfigError)
-    return store.explain(error) if known else f"{type(error).__name__}: {store.explain(error)}"
+    return explain(error) if known else f"{type(error).__name__}: {explain(error)}"
 
 
 def run_cells(cells: Sequence[Cell], root: Path, *, jobs: int = 0, quiet: bool = False) -> list[Outcome]:
@@ -111,13 +105,16 @@ def run_cells(cells: Sequence[Cell], root: Path, *, jobs: int = 0, quiet: bool =
     console = Console(stderr=True, quiet=quiet)
     unique = {_identity(cell): cell for cell in reversed(cells)}
     outcomes: dict[str, Outcome] = {}
-    workers = Parallel(n_jobs=jobs or os.cpu_count() or 1, return_as="generator_unordered")
+    jobs = jobs or os.cpu_count() or 1
+    progress = SweepProgress([(cell.config, cell.seed) for cell in unique.values()], root, jobs)
+    console.print(progress.plan(), markup=False, soft_wrap=True)
+    workers = Parallel(n_jobs=jobs, return_as="generator_unordered")
     tasks = (delayed(_named)(name, unique[name], root) for name in dict.fromkeys(map(_identity, cells)))
-    with _progress(console) as progress:
-        bar = progress.add_task("runs", total=len(unique))
+    with progress.shown(console):
         for name, outcome in workers(tasks):
             outcomes[name] = outcome
-            progress.advance(bar)
+            if outcome.error:
+                progress.give_up(outcome.cell.config, outcome.cell.seed)
             _say(console, outcome, len(outcomes), len(unique))
     return [replace(outcomes[_identity(cell)], cell=cell) for cell in cells]
 
@@ -129,12 +126,6 @@ def _identity(cell: Cell) -> str:
 
 def _named(name: str, cell: Cell, root: Path) -> tuple[str, Outcome]:
     return name, run_cell(cell, root)
-
-
-def _progress(console: Console) -> Progress:
-    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
-    left = (TextColumn("left"), TimeRemainingColumn())
-    return Progress(*columns, *left, console=console, disable=not console.is_terminal, transient=True)
 
 
 def _say(console: Console, outcome: Outcome, done: int, total: int) -> None:

@@ -11,13 +11,15 @@ import numpy as np
 import pandas as pd
 
 import crawler_bench
-from crawler_bench.config.schema import ConfigError, RunConfig, nearest
+from crawler_bench.config.errors import ConfigError, nearest
+from crawler_bench.config.schema import RunConfig
 from crawler_bench.gait.metrics import policy_text
 from crawler_bench.runs import store
 from crawler_bench.runs.agent import Agent, agent_class, is_stable_baselines
 from crawler_bench.runs.policy_table import greedy_policy
 
-Learner = Callable[[RunConfig, int, bool], tuple[Agent, "LearningRecorder"]]
+Progress = Callable[[float], None] | None
+Learner = Callable[[RunConfig, int, Progress], tuple[Agent, "LearningRecorder"]]
 
 CURVE_INTERVAL = 1000  # decisions between two points of the learning curve
 SNAPSHOTS = 80  # of the table of values, along the run
@@ -88,7 +90,9 @@ def load_agent(folder: Path, config: RunConfig) -> Agent:
         return kind.load(path, env=env)
     except Exception as error:  # the agent may be anyone's, and so is how it fails
         reason = str(error).removeprefix(f"{path} ") if isinstance(error, ValueError) else repr(error)
-        raise store.NotARunError(f"{path} cannot be loaded: {' '.join(reason.split())}") from error
+        raise store.NotARunError(
+            f"{path} cannot be loaded: {' '.join(reason.split())}; remove the run {folder} and train it again"
+        ) from error
 
 
 def agent_file(folder: Path) -> Path:
@@ -98,7 +102,11 @@ def agent_file(folder: Path) -> Path:
 
 
 def train(
-    config: RunConfig, seed: int, root: Path, progress_bar: bool = False, learner: Learner | None = None
+    config: RunConfig,
+    seed: int,
+    root: Path,
+    progress: Callable[[float], None] | None = None,
+    learner: Learner | None = None,
 ) -> Path:
     """Train a run, unless it is there already.
 
@@ -106,7 +114,7 @@ def train(
         config: the run.
         seed: of agent and environment.
         root: folder of run folders.
-        progress_bar: show one.
+        progress: is told the number of decisions that are done, as often as the agent calls back.
         learner: how to learn; by default `learn`.
 
     Returns:
@@ -117,7 +125,7 @@ def train(
     if store.is_run(folder):
         return folder
     started = time.time()
-    agent, recorder = (learner or learn)(config, seed, progress_bar)
+    agent, recorder = (learner or learn)(config, seed, progress)
     with store.publish(folder) as draft:
         store.write_config(draft, config, seed)
         store.write_command(draft)
@@ -134,14 +142,17 @@ def train(
 
 
 def learn(
-    config: RunConfig, seed: int, progress_bar: bool = False, interval: int = CURVE_INTERVAL
+    config: RunConfig,
+    seed: int,
+    progress: Callable[[float], None] | None = None,
+    interval: int = CURVE_INTERVAL,
 ) -> tuple[Agent, "LearningRecorder"]:
     """Train a run in memory.
 
     Args:
         config: the run.
         seed: of agent and environment.
-        progress_bar: show one.
+        progress: is told the number of decisions that are done, as often as the agent calls back.
         interval: decisions between two points of the learning curve.
 
     Returns:
@@ -149,9 +160,9 @@ def learn(
     """
     env = make_env(config)
     agent = make_agent(config, env, seed)
-    recorder = LearningRecorder(env, agent, config.decisions, interval)
+    recorder = LearningRecorder(env, agent, config.decisions, interval, progress)
     recorder.record(agent)
-    agent.learn(config.decisions, callback=recorder, progress_bar=progress_bar)
+    agent.learn(config.decisions, callback=recorder, progress_bar=False)
     recorder.record(agent, last=True)
     return agent, recorder
 
@@ -163,12 +174,19 @@ class LearningRecorder:
     decision.
     """
 
-    def __init__(self, env: Any, agent: Agent, decisions: int, interval: int = CURVE_INTERVAL) -> None:
+    def __init__(
+        self,
+        env: Any,
+        agent: Agent,
+        decisions: int,
+        interval: int = CURVE_INTERVAL,
+        progress: Callable[[float], None] | None = None,
+    ) -> None:
+        self._progress = progress
         self._crawler: Any = env.unwrapped
         space = env.observation_space
-        self._n = (
-            int(space.n) if isinstance(space, gym.spaces.Discrete) else 0
-        )  # of a table; 0: there is none
+        # Of a table; 0 where there is none.
+        self._n = int(space.n) if isinstance(space, gym.spaces.Discrete) else 0
         self._gradient_updates = 0
         optimizer = getattr(getattr(agent, "policy", None), "optimizer", None)
         if optimizer is not None:
@@ -184,6 +202,8 @@ class LearningRecorder:
         done = local["self"].num_timesteps
         if not self._rows or done - self._rows[-1][0] >= self._interval:
             self.record(local["self"])
+            if self._progress is not None:
+                self._progress(done)
         return True
 
     def _count_update(self, *_: Any) -> None:

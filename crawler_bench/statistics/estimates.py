@@ -10,7 +10,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy import stats
 
 Array = NDArray[np.float64]
 
@@ -62,6 +61,8 @@ UNKNOWN = Estimate(float("nan"), float("nan"), float("nan"), 0)
 
 def interquartile_mean(values: Array, axis: int = -1) -> Any:
     """Mean of the middle half of the values."""
+    from scipy import stats  # slow to import: a list of the claims can do without
+
     return stats.trim_mean(values, 0.25, axis=axis)
 
 
@@ -100,6 +101,8 @@ def _estimate(samples: tuple[ArrayLike, ...], statistic: Callable[..., Any]) -> 
 
 def _interval(data: Sequence[Array], statistic: Callable[..., Any]) -> tuple[float, float]:
     """BCa interval; percentiles where the acceleration is undefined (the jackknife does not vary)."""
+    from scipy import stats
+
     bootstrap = partial(
         stats.bootstrap, data, statistic, paired=len(data) > 1, n_resamples=RESAMPLES,
         confidence_level=CONFIDENCE, vectorized=True,
@@ -115,13 +118,15 @@ def _interval(data: Sequence[Array], statistic: Callable[..., Any]) -> tuple[flo
 
 def share(outcomes: ArrayLike) -> Estimate:
     """Share of runs with an outcome, with its Wilson interval."""
+    from scipy.stats import binomtest
+
     happened = np.asarray(outcomes, dtype=bool)
     if happened.size == 0:
         return UNKNOWN
     value = float(happened.mean())
     if not _intervals.get():
         return Estimate(value, value, value, happened.size)
-    interval = stats.binomtest(int(happened.sum()), happened.size).proportion_ci(CONFIDENCE, method="wilson")
+    interval = binomtest(int(happened.sum()), happened.size).proportion_ci(CONFIDENCE, method="wilson")
     return Estimate(value, float(interval.low), float(interval.high), happened.size)
 
 

@@ -5,17 +5,17 @@ const DEFAULTS = {
     "n_segments": 10,
     "damping": 3.5,
     "tau_m": 1.0,
-    "tau_f": 0.7,
+    "tau_f": 0.4,
     "muscle_force_max": 1.0,
     "friction_forward": 0.3,
     "friction_backward": 9.0,
     "friction_law": "table",
-    "head_muscle": "reaction",
-    "spike_phase": "pi",
-    "neuron_rate": 2.0,
-    "spike_gain": 2.0,
+    "head_muscle": "external",
+    "spike_phase": "every_pi",
+    "neuron_rate": 1.59,
+    "spike_gain": 1.0,
     "observation": "most_contracted",
-    "decision_interval": 0.2,
+    "decision_interval": 0.19,
     "penalty": "decision"
   },
   "choices": {
@@ -45,14 +45,14 @@ const DEFAULTS = {
   "learner": {
     "learning_rate": 0.05,
     "discount": 0.95,
-    "initial_q": 0.2,
+    "initial_q": 3.9,
     "regularization": 0.01,
-    "episode_distance": 2.0,
-    "time_limit": 1000.0
+    "episode_distance": 8.83,
+    "time_limit": 4000.0
   },
   "policies": {
     "regularized": "0123456789",
-    "unregularized": "7207345679",
-    "fastest": "8688900245"
+    "unregularized": "4902305788",
+    "fastest": "6650073678"
   }
 };

@@ -167,7 +167,7 @@ def test_a_cell_that_was_changed_is_found_out(made, tmp_path):
         summary.to_csv(tmp_path / "summary.csv", index=False)
         again = reproduce(tmp_path, summary.loc[row, "hash"], jobs=1, quiet=True)
         assert list(again["verdict"]) == [verdict]
-    with pytest.raises(store.NotARunError, match="no cell or run has the hash ffffffff"):
+    with pytest.raises(ConfigError, match="no cell or run has the hash ffffffff"):
         reproduce(tmp_path, "ffffffff", jobs=1, quiet=True)
 
 

@@ -12,7 +12,7 @@ from crawler_bench.benchmark.figures.curves import (
     softening,
     temperature_places,
 )
-from crawler_bench.benchmark.figures.looks import of_agents, truncate
+from crawler_bench.benchmark.figures.looks import of_agents, places, truncate
 from crawler_bench.benchmark.figures.policies import gaits, policy_matrices, trap_matrix
 from crawler_bench.benchmark.figures.scores import cycle_durations, speeds
 from crawler_bench.benchmark.keys import select
@@ -148,7 +148,8 @@ def test_mean_duration_of_a_run_is_a_dot():
 def test_noise_curves_are_means_over_runs_of_means_over_starts():
     evaluations = benchmark()[1]
     figure = noise_curves(evaluations)
-    assert [axes.get_title("left") for axes in figure.axes] == [f"{agent}, {mode}" for agent, mode in USUAL]
+    titles = [axes.get_title("left").replace("\n", " ") for axes in figure.axes]
+    assert titles == [f"{agent}, {mode}" for agent, mode in USUAL]
     noise, speed = lines(figure.axes[1], "regularized (ε = 0.01)")
     chosen = select(evaluations, agent="ppo", mode="stochastic", regularization=0.01)
     given = chosen.groupby("noise")["speed"].mean()
@@ -254,3 +255,21 @@ def test_many_agents_are_told_apart():
 def test_long_names_are_cut():
     assert truncate("ppo") == "ppo"
     assert truncate("a" * 30, 10) == "a" * 9 + "…"
+
+
+def test_the_modes_of_an_agent_stay_in_one_row():
+    assert places(["a", "a", "b", "c", "c"], 4) == [0, 1, 2, 4, 5]
+    assert places(["a"] * 3, 2) == [0, 1, 2]  # more than a row holds
+    figure = noise_curves(benchmark(pairs=[("x", "deterministic"), *USUAL[:2], ("y", "deterministic")])[1])
+    titles = {axes.get_title("left").split(",")[0]: axes for axes in figure.axes if axes.get_title("left")}
+    assert all(axes.get_xlabel() for name, axes in titles.items() if name == "y")
+
+
+def test_every_panel_with_nothing_below_it_has_numbers_and_a_label():
+    pairs = [(f"agent{i}", "deterministic") for i in range(6)]
+    figure = noise_curves(benchmark(pairs=pairs, seeds=2)[1])
+    figure.draw_without_rendering()
+    panels = [axes for axes in figure.axes if axes.get_title("left")]
+    labelled = [bool(axes.get_xlabel()) for axes in panels]
+    assert labelled == [False, False, True, True, True, True]
+    assert [axes.xaxis.get_tick_params()["labelbottom"] for axes in panels] == labelled

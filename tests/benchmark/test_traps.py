@@ -8,11 +8,11 @@ import pytest
 from crawler_bench.benchmark.traps import TRAP, absorptions, escapes, stuck_observations, traps
 from crawler_bench.config.schema import EvaluationConfig
 from crawler_bench.gait.rollout import rollout
-from crawler_bench.physics.parameters import CrawlerParameters
 from tests.benchmark.frames import tables
+from tests.bodies import former
 
 N = 10
-PARAMETERS = CrawlerParameters()
+PARAMETERS = former()
 CONFIG = EvaluationConfig(starts=2, warm_up=50, duration=200)
 
 

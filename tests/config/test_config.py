@@ -112,7 +112,7 @@ def test_a_number_or_a_nesting_beyond_all_bounds_is_said_in_one_line(load):
 def test_a_misspelt_agent_names_those_there_are():
     assert files.agent_spec("qlearning") == "agents.qlearning:QLearning"
     assert files.agent_spec("somewhere:Agent") == "somewhere:Agent"
-    assert "no agent is called 'qlerning'; there are qlearning" in complaint(files.agent_spec, "qlerning")
+    assert "'qlerning'; did you mean 'qlearning'?" in complaint(files.agent_spec, "qlerning")
 
 
 def test_a_missing_file(tmp_path):

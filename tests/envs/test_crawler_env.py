@@ -14,6 +14,7 @@ from stable_baselines3.common.env_checker import check_env as check_env_sb3
 
 import crawler_bench
 from crawler_bench.envs.crawler import CrawlerEnv
+from crawler_bench.envs.transition import DISTANCE, RUNNING, TIME
 from crawler_bench.physics import CrawlerParameters
 
 
@@ -40,7 +41,7 @@ def assert_same(one: list[tuple[Any, ...]], other: list[tuple[Any, ...]]) -> Non
             np.testing.assert_array_equal(a[-1][key], b[-1][key])
 
 
-@pytest.mark.parametrize("arguments", [{}, {"noise": 0.2}, {"parameters": CrawlerParameters(n_segments=2)}])
+@pytest.mark.parametrize("arguments", [{}, {"noise": 0.2}, {"parameters": CrawlerParameters(n_segments=3)}])
 def test_both_checkers_pass_without_a_warning(
     arguments: dict[str, Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -113,7 +114,7 @@ def test_a_snapshot_that_is_none_is_refused_and_changes_nothing(name: str, value
         env.set_state([])  # type: ignore[arg-type]
 
 
-@pytest.mark.parametrize("other", [{"integrator": "step"}, {"tau_f": 0.4}, {"damping": 2.0}])
+@pytest.mark.parametrize("other", [{"integrator": "step"}, {"tau_f": 0.7}, {"damping": 2.0}])
 def test_a_snapshot_of_one_body_goes_on_in_another(other: dict[str, Any]) -> None:
     """A course holds for the parameters for which it was laid; the state holds for all."""
     env = CrawlerEnv()
@@ -142,6 +143,7 @@ def test_info_holds_fresh_arrays_and_plain_floats() -> None:
     }  # fmt: skip
     for key in ("time", "centroid", "displacement", "strain_gradient"):
         assert type(first[key]) is float, key
+    assert type(first["end"]) is int  # writers of HDF5 take numbers, not None
 
 
 def test_step_returns_plain_python_values() -> None:
@@ -217,22 +219,22 @@ def test_noise_changes_what_is_sensed_and_nothing_else() -> None:
 
 
 @pytest.mark.parametrize(("arguments", "end"), [
-    ({"episode_distance": 0.05, "time_limit": math.inf}, "distance"),
-    ({"episode_distance": math.inf, "time_limit": 7.0}, "time"),
+    ({"episode_distance": 0.05, "time_limit": math.inf}, DISTANCE),
+    ({"episode_distance": math.inf, "time_limit": 7.6}, TIME),
 ])  # fmt: skip
-def test_both_ends_truncate(arguments: dict[str, Any], end: str) -> None:
+def test_both_ends_truncate(arguments: dict[str, Any], end: int) -> None:
     env = CrawlerEnv(**arguments)
     env.reset(seed=0)
     actions = np.random.default_rng(0)
     for _ in range(5000):
         *_, terminated, truncated, info = env.step(int(actions.integers(10)))
         assert not terminated
-        assert truncated == (info["end"] is not None)
+        assert truncated == (info["end"] != RUNNING)
         if truncated:
             break
     assert info["end"] == end
-    if end == "time":
-        assert info["time"] == pytest.approx(7.0)
+    if end == TIME:
+        assert info["time"] == pytest.approx(7.6)
     else:
         assert info["centroid"] >= 0.05 > info["centroid"] - info["displacement"]
     env.reset()
@@ -252,7 +254,7 @@ def test_the_diagonal_policy_crawls_forward_and_a_held_neuron_does_not() -> None
     assert info["centroid"] < 0.2
 
 
-@pytest.mark.parametrize("action", [-1, 10, 2.5, "3", None])
+@pytest.mark.parametrize("action", [-1, 10, 2.5, "3", None, True, np.True_])
 def test_an_impossible_action_is_refused_in_one_line(action: Any) -> None:
     env = CrawlerEnv()
     env.reset(seed=0)
@@ -265,6 +267,7 @@ def test_an_impossible_action_is_refused_in_one_line(action: Any) -> None:
 @pytest.mark.parametrize("arguments", [
     {"regularization": -0.1}, {"regularization": math.nan}, {"noise": -1.0}, {"noise": math.inf},
     {"episode_distance": 0.0}, {"episode_distance": math.nan}, {"time_limit": -3.0}, {"render_mode": "ansi"},
+    {"regularization": "0.1"}, {"noise": None}, {"time_limit": True}, {"episode_distance": [2.0]},
 ])  # fmt: skip
 def test_an_impossible_argument_is_refused_in_one_line(arguments: dict[str, Any]) -> None:
     (name, _value), *_ = arguments.items()
@@ -279,6 +282,39 @@ def test_a_worker_process_finds_it_by_module_and_name() -> None:
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip().isdigit()
+
+
+def test_a_step_before_a_reset_is_refused() -> None:
+    with pytest.raises(gym.error.ResetNeeded, match="call reset"):
+        CrawlerEnv().step(0)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "longest"),
+    [
+        ({"time_limit": 6.0, "parameters": CrawlerParameters(decision_interval=0.2)}, 30),
+        ({"time_limit": 6.0, "parameters": CrawlerParameters(decision_interval=0.3)}, 20),
+        ({"time_limit": math.inf}, None),
+    ],
+)
+def test_the_longest_episode_is_in_the_specification(arguments: dict[str, Any], longest: int | None) -> None:
+    env = make(episode_distance=math.inf, **arguments)
+    assert env.spec is not None
+    assert env.spec.max_episode_steps == longest
+    remade = gym.make(env.spec)
+    assert remade.spec == env.spec
+    if longest is not None:
+        for each in (env, remade):
+            each.reset(seed=0)
+            assert [each.step(0)[3] for _ in range(longest)] == [False] * (longest - 1) + [True]
+
+
+def test_a_limit_that_is_given_to_gymnasium_counts() -> None:
+    env = make(max_episode_steps=7)
+    env.reset(seed=0)
+    assert [env.step(0)[3] for _ in range(7)] == [False] * 6 + [True]
+    assert env.spec is not None
+    assert env.spec.max_episode_steps == 7
 
 
 def test_registration_is_idempotent() -> None:

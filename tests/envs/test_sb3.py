@@ -1,20 +1,29 @@
 """The vector environment of Stable-Baselines3: the same crawlers, and agents learn on it."""
 
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
+import gymnasium as gym
 import numpy as np
 import pytest
 import torch
+from pandas.testing import assert_frame_equal
 from stable_baselines3 import DQN, PPO
+from stable_baselines3.common.env_util import make_vec_env
 from stable_baselines3.common.evaluation import evaluate_policy
-from stable_baselines3.common.monitor import Monitor
-from stable_baselines3.common.vec_env import VecEnvWrapper, VecMonitor
+from stable_baselines3.common.monitor import Monitor, load_results
+from stable_baselines3.common.vec_env import DummyVecEnv, VecEnvWrapper, VecMonitor
 
+import crawler_bench
+from agents.qlearning import QLearning
 from crawler_bench.envs.crawler import CrawlerEnv
 from crawler_bench.envs.sb3 import CrawlerVecEnv
+from crawler_bench.envs.transition import DISTANCE, TIME
 from crawler_bench.physics import CrawlerParameters
+from tests.bodies import former
 
+TICKS = CrawlerParameters(decision_interval=0.2)
 SETTINGS: dict[str, Any] = {
     "noise": [0.0, 0.1, 0.2], "time_limit": [20.0, 35.0, 50.0], "episode_distance": [2.0, 0.02, 0.05],
 }  # fmt: skip
@@ -40,13 +49,13 @@ def test_each_crawler_is_the_single_crawler() -> None:
             assert dones[i] == truncated
             if truncated:
                 ends.add(info["end"])
-                expected = {"terminal_observation": seen, "TimeLimit.truncated": True, "end": info["end"]}
-                assert infos[i] == expected
+                expected = {"terminal_observation": seen, "TimeLimit.truncated": True}
+                assert infos[i] == expected | {key: info[key] for key in ("end", "time", "centroid")}
                 seen, _ = env.reset()
             else:
                 assert infos[i] == {}
             assert observation[i] == seen
-    assert ends == {"distance", "time"}
+    assert ends == {DISTANCE, TIME}
 
 
 def test_a_seed_holds_for_one_reset_and_without_one_crawlers_differ() -> None:
@@ -118,7 +127,7 @@ def test_impossible_actions_are_refused(actions: list[float]) -> None:
 
 
 def test_a_monitor_counts_its_episodes() -> None:
-    vec = VecMonitor(CrawlerVecEnv(2, time_limit=[1.0, 2.0]))
+    vec = VecMonitor(CrawlerVecEnv(2, TICKS, time_limit=[1.0, 2.0]))
     vec.reset()
     lengths: list[list[int]] = [[], []]
     for _ in range(20):
@@ -128,8 +137,84 @@ def test_a_monitor_counts_its_episodes() -> None:
     assert lengths == [[5, 5, 5, 5], [10, 10]]
 
 
+def test_it_is_what_make_vec_env_makes_of_single_crawlers(tmp_path: Path) -> None:
+    """The same numbers, reports of the monitors and files as with Stable-Baselines3's own class."""
+    made = {}
+    for vec_env_cls in (CrawlerVecEnv, DummyVecEnv):
+        vec = make_vec_env(
+            crawler_bench.ENV_ID, 3, seed=5, vec_env_cls=vec_env_cls,  # type: ignore[arg-type]
+            env_kwargs={"time_limit": 3.0, "noise": 0.1, "parameters": TICKS},
+            monitor_dir=str(tmp_path / vec_env_cls.__name__),
+            monitor_kwargs={"info_keywords": ("end", "centroid")},
+        )  # fmt: skip
+        steps, observation = [], vec.reset()
+        for _ in range(40):
+            observation, rewards, dones, infos = vec.step(observation)
+            episodes = [info.get("episode", {}) for info in infos]
+            kept = [{key: value for key, value in each.items() if key != "t"} for each in episodes]
+            steps.append((observation.tolist(), rewards.tolist(), dones.tolist(), kept))
+        assert (
+            evaluate_policy(QLearning(CrawlerEnv(), seed=0), vec, 3)[0] != 0
+        )  # without a warning that there is no monitor
+        assert vec.get_attr("spec")[0].max_episode_steps == 15
+        assert isinstance(vec, vec_env_cls)
+        vec.close()
+        made[vec_env_cls] = steps, load_results(str(tmp_path / vec_env_cls.__name__))
+    ours, theirs = made[CrawlerVecEnv], made[DummyVecEnv]
+    assert ours[0] == theirs[0]
+    columns = ["r", "l", "end", "centroid"]
+    assert len(ours[1]) >= 6
+    assert_frame_equal(*(each[columns].sort_values(columns, ignore_index=True) for _, each in (ours, theirs)))
+
+
+def test_functions_that_make_something_else_are_refused() -> None:
+    clipped = [lambda: gym.wrappers.ClipReward(CrawlerEnv(), 0.0, 1.0)]
+    for makers in (clipped, [lambda: gym.make("CartPole-v1")]):
+        with pytest.raises(ValueError, match=r"crawlers are stepped together without <.*: use DummyVecEnv"):
+            CrawlerVecEnv(makers)
+    with pytest.raises(ValueError, match="every crawler is monitored"):
+        CrawlerVecEnv([CrawlerEnv, lambda: Monitor(CrawlerEnv())])
+
+
+def test_a_monitor_may_want_episodes_to_end() -> None:
+    vec = CrawlerVecEnv([lambda: Monitor(CrawlerEnv(), allow_early_resets=False)])
+    vec.reset()
+    vec.step(np.array([0]))
+    with pytest.raises(RuntimeError, match="allow_early_resets"):
+        vec.reset()
+
+
+def test_crawlers_are_drawn_on_one_picture() -> None:
+    vec, single = CrawlerVecEnv(4, render_mode="rgb_array"), CrawlerEnv(render_mode="rgb_array")
+    vec.seed(0)
+    vec.reset()
+    single.reset(seed=3)
+    for action in [*range(9, -1, -1)] * 5:
+        vec.step(np.array([0, 0, 0, action]))
+        single.step(action)
+    images, picture, alone = vec.get_images(), vec.render(), single.render()
+    assert picture is not None
+    assert alone is not None
+    np.testing.assert_array_equal(images[3], alone)
+    assert (images[2] != alone).any()
+    np.testing.assert_array_equal(picture[alone.shape[0] :, alone.shape[1] :], alone)
+
+
+def test_the_specification_makes_the_same_crawler() -> None:
+    vec = CrawlerVecEnv(2, TICKS, time_limit=[4.0, 2.0], noise=0.1)
+    vec.set_attr("regularization", 0.7, [1])
+    spec = vec.get_attr("spec", 1)[0]
+    assert spec.max_episode_steps == 10
+    assert gym.make(spec).unwrapped.settings == (0.7, 0.1, vec.get_attr("episode_distance")[1], 2.0)  # type: ignore[attr-defined]
+
+
+def test_a_step_before_a_reset_is_refused() -> None:
+    with pytest.raises(gym.error.ResetNeeded, match="call reset"):
+        CrawlerVecEnv(2).step(np.array([0, 0]))
+
+
 # With two segments the neuron of head and tail pays most, three times as much as acting at random.
-BODY = CrawlerParameters(n_segments=2)
+BODY = former(n_segments=2)
 EASY: dict[str, Any] = {"time_limit": 4.0, "regularization": 0.0}
 
 

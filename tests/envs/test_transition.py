@@ -13,13 +13,14 @@ from crawler_bench.envs.transition import TASK, make_task
 from crawler_bench.physics import CrawlerParameters
 from crawler_bench.physics.coefficients import as_record, coefficients, stepping
 from crawler_bench.physics.integration import STEPPING
+from tests.bodies import former
 
 
 @pytest.mark.parametrize(("parameters", "takes_steps"), [
-    (CrawlerParameters(), False),
-    (CrawlerParameters(n_segments=30), True),  # 30 nodes that slide forward balance one that slides backward
-    (CrawlerParameters(integrator="step", spike_phase="2pi", tau_f=1.0, head_muscle="external"), True),
-    (CrawlerParameters(damping=0.7, observation="most_stretched", friction_law="literal"), False),
+    (former(), False),
+    (former(n_segments=30), True),  # 30 nodes that slide forward balance one that slides backward
+    (former(integrator="step", spike_phase="2pi", tau_f=1.0, head_muscle="external"), True),
+    (former(damping=0.7, observation="most_stretched", friction_law="literal"), False),
 ])  # fmt: skip
 def test_a_task_holds_what_was_asked(parameters: CrawlerParameters, takes_steps: bool) -> None:
     task, steps = make_task(parameters, 0.01, 0.2, 2.0, 1000.0)
@@ -35,7 +36,7 @@ def test_a_task_holds_what_was_asked(parameters: CrawlerParameters, takes_steps:
 def test_a_penalty_per_time_is_one_per_decision_times_its_interval() -> None:
     rewards = []
     for penalty, epsilon in (("decision", 0.05), ("rate", 0.25)):
-        env = CrawlerEnv(CrawlerParameters(penalty=penalty, decision_interval=0.2), regularization=epsilon)
+        env = CrawlerEnv(former(penalty=penalty, decision_interval=0.2), regularization=epsilon)
         env.reset(seed=0)
         rewards.append([env.step(a)[1] for a in (3, 3, 4, 5, 5, 5, 5)])
     np.testing.assert_allclose(*rewards, atol=1e-15)
@@ -44,7 +45,7 @@ def test_a_penalty_per_time_is_one_per_decision_times_its_interval() -> None:
 
 def test_an_action_is_held_until_the_observation_changes() -> None:
     """As long as the same actions, taken at every interval, leave the observation as it was."""
-    p = CrawlerParameters(decision_interval=0.1, longest_hold=0.7)
+    p = former(decision_interval=0.1, longest_hold=0.7)
     held, twin = CrawlerEnv(replace(p, decide_on="change")), CrawlerEnv(p)
     before, _ = held.reset(seed=1)
     twin.reset(seed=1)
@@ -70,7 +71,7 @@ def test_an_action_is_held_until_the_observation_changes() -> None:
 ])  # fmt: skip
 def test_no_decision_begins_at_the_time_limit(interval: float, limit: float, decisions: int) -> None:
     """0.3 / 0.1 and 0.6 / 0.2 are not whole numbers in floating point; the number of decisions is."""
-    task, _ = make_task(CrawlerParameters(decision_interval=interval), time_limit=limit)
+    task, _ = make_task(former(decision_interval=interval), time_limit=limit)
     assert task.view(TASK)[0].episode_intervals == decisions
 
 

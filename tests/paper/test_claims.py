@@ -97,7 +97,7 @@ CLAIM_NAMES = [claim.name for claim in CLAIMS]
 def test_every_claim_has_its_own_name_and_is_planted():
     assert sorted(CLAIM_NAMES) == sorted(EXPECTED)
     assert [find_claim(name).name for name in CLAIM_NAMES] == CLAIM_NAMES
-    with pytest.raises(ValueError, match="no claim is called 'x'; there are wave"):
+    with pytest.raises(ValueError, match="no claim is called 'x'; known are wave"):
         find_claim("x")
 
 

@@ -148,3 +148,36 @@ def test_greedy_actions_are_marked_where_there_is_one_best():
     start, *_, end = [np.asarray(axes.lines[0].get_xdata()) for axes in matrices]
     assert start.size == 0
     np.testing.assert_array_equal(end, snapshots["regularized"][1][-1].argmax(axis=1))
+
+
+def test_power_is_drawn_beyond_the_cycle_so_that_no_peak_is_cut():
+    cycles = phased(3)
+    figure = power_by_phase({"regularized": cycles})
+    axes = figure.axes[0]
+    assert axes.get_xlim()[0] < 0 < 1 < axes.get_xlim()[1]
+    thin, mean = axes.lines[1], axes.lines[3]  # of node 0: the second cycle, and the mean after all three
+    count = cycles.shape[1]
+    beyond = (len(thin.get_ydata()) - count) // 2
+    assert beyond > 0
+    np.testing.assert_allclose(thin.get_ydata()[:beyond], cycles[0, -beyond:, 0])
+    np.testing.assert_allclose(thin.get_ydata()[-beyond:], cycles[2, :beyond, 0])
+    np.testing.assert_allclose(mean.get_ydata()[:beyond], mean.get_ydata()[count : count + beyond])
+
+
+def test_rare_long_cycles_are_in_an_inset_and_do_not_squeeze_the_others():
+    rng = np.random.default_rng(0)
+    frame = pd.DataFrame({"experiment": "regularized", "seed": np.arange(1000) % 5, "start": 0})
+    frame["duration"] = 40 + rng.random(1000)
+    ordinary = cycle_durations(frame).axes[0]
+    assert not ordinary.child_axes
+    frame.loc[0, "duration"] = 95.0
+    histogram = cycle_durations(frame).axes[0]
+    assert histogram.get_xlim()[1] < 60
+    assert histogram.child_axes[0].get_xlim()[1] > 94
+
+
+def test_policies_count_segments_from_one_and_neurons_from_zero():
+    figure = policies({"regularized": np.eye(10)}, {"regularized": range(10)})
+    axes = figure.axes[0]
+    assert [label.get_text() for label in axes.get_yticklabels()] == [str(i) for i in range(1, 11)]
+    assert list(axes.get_xticks()) == list(range(10))

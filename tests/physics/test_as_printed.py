@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from crawler_bench.physics import CrawlerParameters
 from crawler_bench.physics.as_printed import (
     FRICTION_WIDTH,
     drive,
@@ -28,6 +27,7 @@ from crawler_bench.physics.as_printed import (
     theta_rate,
     velocities,
 )
+from tests.bodies import former
 
 Array = NDArray[np.float64]
 DAMPING = 3.5  # Table S1
@@ -181,7 +181,7 @@ def test_friction_is_smooth_over_its_width() -> None:
 
 
 def test_the_literal_friction_law_makes_9_the_forward_limit() -> None:
-    p = CrawlerParameters(friction_law="literal")
+    p = former(friction_law="literal")
     limits = friction(np.array([-1.0, 0.0, 1.0]), p.forward_limit, p.backward_limit)
     np.testing.assert_allclose(limits, [-270.0, 0.0, 9.0], atol=1e-12)
 
@@ -227,7 +227,7 @@ def test_the_first_stride() -> None:
     Until then f = 1 - exp(-t / 0.7), with t from the spike. Nodes 0 and 2 are held. Node 1 starts when f is
     0.3 and follows 2 (3.5 du/dt + u) = f - 0.3, which is 0.7 (1 - exp(-s / 0.7)) with s from the start.
     """
-    p = CrawlerParameters(n_segments=2, decision_interval=0.69)
+    p = former(n_segments=2, decision_interval=0.69)
     crawl = simulate(p, [1, 1])
     assert crawl.spikes == [[], [pytest.approx(pi / 4, abs=1e-7)], []]
     np.testing.assert_allclose(crawl.thetas[-1], [0.0, 4.0 * 1.38, 0.0], atol=1e-9)

@@ -15,11 +15,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from crawler_bench.physics import CrawlerParameters
 from crawler_bench.physics.as_printed import force_on_nodes, laplacian_of_chain
 from crawler_bench.physics.body import BACKWARD, FORWARD, STUCK, balance_forces
 from crawler_bench.physics.coefficients import as_record, coefficients
 from crawler_bench.physics.state import make_memory, nodes_of
+from tests.bodies import former
 from tests.physics.crawling import Crawler
 
 Array = NDArray[np.float64]
@@ -40,7 +40,7 @@ def balance(g: Array, limits: tuple[float, float], guess: Array, stiffness: floa
     """Balance forces g on an undeformed body, where w is the stiffness times the velocity."""
     nodes = nodes_of(make_memory(g.size - 1))
     nodes["net"]["constant"], nodes["slip"], nodes["w"]["constant"] = g, guess, np.nan
-    parameters = CrawlerParameters(friction_forward=limits[0], friction_backward=limits[1])
+    parameters = former(friction_forward=limits[0], friction_backward=limits[1])
     solves = balance_forces(nodes, as_record(coefficients(parameters)))
     return Balance(nodes["w"]["constant"] / stiffness, nodes["slip"].copy(), solves)
 
@@ -170,7 +170,7 @@ def test_springs_pull_a_node_back_between_its_neighbours(lifted: float, slip: li
     """By hand: the middle node is pulled with -2 times its displacement, its neighbours with once that."""
     nodes = nodes_of(make_memory(2))
     nodes["displacement"] = [0.0, lifted, 0.0]
-    balance_forces(nodes, as_record(coefficients(CrawlerParameters())))
+    balance_forces(nodes, as_record(coefficients(former())))
     assert nodes["slip"].tolist() == slip
 
 
@@ -238,7 +238,7 @@ def test_few_solves_when_started_from_the_step_before(
     friction: tuple[float, float], mean: float, most: int
 ) -> None:
     """Replay the balance of each step of a long random crawl and count."""
-    p = CrawlerParameters(friction_forward=friction[0], friction_backward=friction[1])
+    p = former(friction_forward=friction[0], friction_backward=friction[1])
     crawler = Crawler(p)
     nodes, stiffness = crawler.nodes, p.damping + p.dt
     rng, solves, moving, rest = np.random.default_rng(3), [], 0, np.zeros(p.n_segments + 1)

@@ -22,6 +22,7 @@ from crawler_bench.physics.as_printed import FRICTION_WIDTH, force_on_nodes, sim
 from crawler_bench.physics.coefficients import Coefficients, coefficients
 from crawler_bench.physics.crawler import measure, net_muscle_force
 from crawler_bench.physics.state import make_memory, nodes_of
+from tests.bodies import former
 from tests.physics.crawling import Crawler, held_at_random
 from tests.physics.crawling import crawl as crawl_by
 
@@ -37,7 +38,7 @@ def crawl(p: CrawlerParameters, actions: Sequence[int]) -> Any:
 
 def random_parameters(rng: np.random.Generator, n_segments: int) -> CrawlerParameters:
     forward = rng.uniform(0.05, 0.3)
-    return CrawlerParameters(
+    return former(
         n_segments=n_segments,
         damping=rng.uniform(0.5, 4.0),
         tau_m=rng.uniform(0.3, 1.5),
@@ -74,7 +75,7 @@ def test_agrees_with_the_printed_equations(n_segments: int, seed: int) -> None:
 
 def test_agrees_with_the_printed_equations_over_a_long_stride() -> None:
     """The Table S1 crawler, held long enough to move far, at the dt of the paper and a hundredth of it."""
-    p = CrawlerParameters(decision_interval=3.0)
+    p = former(decision_interval=3.0)
     actions = [0, 9, 0]
     expected = simulate(p, actions).displacements
     assert np.max(np.abs(expected)) > 0.35
@@ -86,7 +87,7 @@ def test_agrees_with_the_printed_equations_over_a_long_stride() -> None:
 @pytest.mark.parametrize("friction", [(0.3, 9.0), (0.1, 0.2)])
 def test_first_order_in_dt(n_segments: int, friction: tuple[float, float]) -> None:
     """With 0.1 and 0.2 two forward nodes balance one backward: a free rigid motion has to converge too."""
-    p = CrawlerParameters(n_segments=n_segments, friction_forward=friction[0], friction_backward=friction[1])
+    p = former(n_segments=n_segments, friction_forward=friction[0], friction_backward=friction[1])
     actions = held_at_random(p, 8, 6, seed=n_segments)
 
     def end(dt: float) -> Array:
@@ -102,7 +103,7 @@ def test_first_order_in_dt(n_segments: int, friction: tuple[float, float]) -> No
 @pytest.mark.parametrize("n_segments", SIZES)
 @pytest.mark.parametrize("head_muscle", HEAD_MUSCLES)
 def test_no_place_is_special(n_segments: int, head_muscle: str) -> None:
-    p = CrawlerParameters(n_segments=n_segments, head_muscle=head_muscle, friction_forward=0.35)
+    p = former(n_segments=n_segments, head_muscle=head_muscle, friction_forward=0.35)
     here, there = Crawler(p), Crawler(p)
     there.nodes["displacement"] += 3.7
     moved = False
@@ -118,7 +119,7 @@ def test_no_place_is_special(n_segments: int, head_muscle: str) -> None:
 @pytest.mark.parametrize("n_segments", SIZES)
 @pytest.mark.parametrize("head_muscle", HEAD_MUSCLES)
 def test_only_an_external_head_muscle_pushes_the_whole_body(n_segments: int, head_muscle: str) -> None:
-    p = CrawlerParameters(n_segments=n_segments, head_muscle=head_muscle, friction_forward=0.35)
+    p = former(n_segments=n_segments, head_muscle=head_muscle, friction_forward=0.35)
     k, tail, f = coefficients(p), n_segments, np.random.default_rng(2).random(n_segments + 1)
     behind = np.append(f[1:], np.nan)
     net = np.array([net_muscle_force(i, tail, f[i], behind[i], f[0], k) for i in range(tail + 1)])
@@ -130,7 +131,7 @@ def test_only_an_external_head_muscle_pushes_the_whole_body(n_segments: int, hea
 @pytest.mark.parametrize("n_segments", SIZES)
 def test_nothing_moves_before_the_first_spike(n_segments: int) -> None:
     """A neuron left ON from rest spikes after pi / (2 neuron_rate), then its muscle pulls."""
-    p = CrawlerParameters(n_segments=n_segments, decision_interval=0.01)
+    p = former(n_segments=n_segments, decision_interval=0.01)
     first_spike = pi / (2.0 * p.neuron_rate)
     history = crawl(p, [1] * 300)
     silent = history[: int(first_spike / p.dt) + 1]
@@ -144,7 +145,7 @@ def test_nothing_moves_before_the_first_spike(n_segments: int) -> None:
 @pytest.mark.parametrize("n_segments", SIZES)
 @pytest.mark.parametrize("action", [0, 1])
 def test_the_tail_neuron_is_on_with_the_head_neuron_only(n_segments: int, action: int) -> None:
-    p = CrawlerParameters(n_segments=n_segments)
+    p = former(n_segments=n_segments)
     history = crawl(p, [action] * 10)
     for name in ("neuron", "drive", "force"):
         assert np.array_equal(history[name][:, -1], history[name][:, 0])
@@ -154,7 +155,7 @@ def test_the_tail_neuron_is_on_with_the_head_neuron_only(n_segments: int, action
 @pytest.mark.parametrize("head_muscle", HEAD_MUSCLES)
 def test_the_head_muscle_stretches_the_first_segment(head_muscle: str) -> None:
     """All other muscles contract: alone, the tail muscle of the same decision brings up the tail."""
-    p = CrawlerParameters(head_muscle=head_muscle)
+    p = former(head_muscle=head_muscle)
     u = crawl(p, [0] * 10)["displacement"][-1]
     assert (u[0] > 0.05) == (head_muscle != "none")
     assert u[-1] > 0.05
@@ -173,13 +174,13 @@ def centroid_after_crawl(p: CrawlerParameters, time: float, policy: Sequence[int
 
 @pytest.mark.parametrize("n_segments", SIZES)
 def test_the_nearest_neighbour_wiring_crawls_forward(n_segments: int) -> None:
-    assert centroid_after_crawl(CrawlerParameters(n_segments=n_segments), 200.0, range(n_segments)) > 0.3
+    assert centroid_after_crawl(former(n_segments=n_segments), 200.0, range(n_segments)) > 0.3
 
 
 @pytest.mark.parametrize("n_segments", SIZES)
 def test_friction_decides_which_way_is_forward(n_segments: int) -> None:
     """Random actions ratchet the body to where its friction is weaker, by 0.5 to 3 in this time."""
-    p = CrawlerParameters(n_segments=n_segments)
+    p = former(n_segments=n_segments)
     turned = replace(p, friction_forward=p.friction_backward, friction_backward=p.friction_forward)
     actions = held_at_random(p, 5, 200, seed=0)
     assert np.mean(crawl(p, actions)["displacement"][-1]) > 0.3
@@ -187,7 +188,7 @@ def test_friction_decides_which_way_is_forward(n_segments: int) -> None:
 
 
 def test_the_literal_friction_law_holds_the_crawler_still() -> None:
-    p = CrawlerParameters(friction_law="literal")
+    p = former(friction_law="literal")
     assert centroid_after_crawl(p, 50.0, range(p.n_segments)) == 0.0
 
 
@@ -200,7 +201,7 @@ def test_measures_of_the_body() -> None:
 
 def test_the_observed_strain_follows_the_reading() -> None:
     signs: dict[str, Coefficients] = {
-        reading: coefficients(CrawlerParameters(observation=reading))
+        reading: coefficients(former(observation=reading))
         for reading in ("most_contracted", "most_stretched")
     }
     assert signs["most_contracted"].contraction_sign == 1.0

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from crawler_bench.physics import CrawlerParameters
 from crawler_bench.physics.as_printed import force_on_nodes, laplacian_of_chain
+from tests.bodies import former
 from tests.physics.crawling import Crawler, held_at_random
 
 Array = NDArray[np.float64]
@@ -49,7 +50,7 @@ def test_muscle_work_is_stored_or_lost(
 ) -> None:
     """With equal limits all nodes often slide at once, some forward and as many backward."""
     weak = min(1.0, 0.9 * (n_segments + 1) * friction[0])
-    p = CrawlerParameters(
+    p = former(
         n_segments=n_segments, head_muscle=head_muscle, friction_forward=friction[0],
         friction_backward=friction[1], muscle_force_max=weak if head_muscle == "external" else 1.0,
     )  # fmt: skip
@@ -60,7 +61,7 @@ def test_muscle_work_is_stored_or_lost(
 
 
 def test_the_loss_of_implicit_euler_vanishes_with_dt() -> None:
-    p = CrawlerParameters()
+    p = former()
     actions = held_at_random(p, 8, 8, seed=9)
     numerical = [energies_of_a_crawl(replace(p, dt=dt), actions)[:, -1].sum() for dt in (0.01, 0.005)]
     total = energies_of_a_crawl(p, actions)[:, 0].sum()

@@ -21,6 +21,7 @@ from crawler_bench.physics.as_printed import drive
 from crawler_bench.physics.muscle import follow, relax_muscle
 from crawler_bench.physics.neuron import NO_SPIKE
 from crawler_bench.physics.stepped import step_muscle
+from tests.bodies import former
 from tests.physics.crawling import Crawler, crawl
 
 TIMES = st.floats(1e-3, 10.0)
@@ -126,7 +127,7 @@ def test_a_small_drive_decays_and_is_not_cut_off() -> None:
 @pytest.mark.parametrize("drive_now", [0.9, 1.0, 1.0 + 1e-12, 1.005, 1.4, 3.0])
 def test_known_exponentials_are_those_of_a_relaxation(drive_now: float, steps: int) -> None:
     """On either side of the limiter, at it and through it: a fall is not put off to the end of a step."""
-    crawler = Crawler(CrawlerParameters(tau_m=0.4))
+    crawler = Crawler(former(tau_m=0.4))
     node, k, s = crawler.nodes[0], crawler.k, crawler.s
     node.drive, node.force = drive_now, 0.3
     for _ in range(steps):
@@ -148,7 +149,7 @@ def test_the_step_size_does_not_matter(
     tau_m: float, tau_f: float, spike_phase: str, spike_gain: float
 ) -> None:
     """Spikes and limiter crossings fall inside the long steps and between the short ones."""
-    p = CrawlerParameters(
+    p = former(
         n_segments=3, tau_m=tau_m, tau_f=tau_f, spike_phase=spike_phase, spike_gain=spike_gain, dt=0.5,
         decision_interval=0.5,
     )  # fmt: skip
@@ -163,7 +164,7 @@ def test_the_step_size_does_not_matter(
 @pytest.mark.parametrize("dt", [0.001, 0.01, 0.1])
 def test_the_drive_is_the_sum_over_spikes(spike_gain: float, dt: float) -> None:
     """A neuron left ON spikes at pi / 2, 3 pi / 2, ...; the force follows by quadrature."""
-    p = CrawlerParameters(
+    p = former(
         n_segments=2, neuron_rate=1.0, spike_gain=spike_gain, muscle_force_max=0.8, dt=dt,
         decision_interval=1.0,
     )  # fmt: skip

@@ -68,7 +68,7 @@ def test_a_decision_takes_whole_steps(interval: float) -> None:
 
 
 def test_a_decision_is_never_shorter_than_a_step() -> None:
-    assert refusal(dt=0.5).startswith("decision_interval = 0.2 ")
+    assert refusal(dt=0.5).startswith("decision_interval = 0.19 ")
 
 
 @pytest.mark.parametrize(("dt", "interval", "steps"), [(0.01, 0.2, 20), (0.1, 0.3, 3), (0.01, 0.01, 1)])
@@ -90,8 +90,8 @@ def test_friction_has_to_hold_an_external_head_muscle(weak: dict[str, float]) ->
     limit = weak.get("muscle_force_max", 1)
     assert message == (
         f"friction_forward = {weak.get('friction_forward', 0.3)!r} is not possible: it must be "
-        f"(n_segments + 1) times the forward limit above muscle_force_max = {limit:g} "
-        "when head_muscle is 'external'"
+        f"(n_segments + 1) times the forward limit above muscle_force_max = {limit:g}, "
+        "or head_muscle 'reaction': without the reaction of eq. 1 only friction holds the body"
     )
     for other in ("reaction", "none"):
         CrawlerParameters(head_muscle=other, **weak)
@@ -121,9 +121,9 @@ def test_defaults_are_table_s1() -> None:
 def test_default_readings() -> None:
     p = CrawlerParameters()
     assert (p.head_muscle, p.spike_phase, p.observation, p.friction_law) == (
-        "reaction", "pi", "most_contracted", "table",
+        "external", "every_pi", "most_contracted", "table",
     )  # fmt: skip
-    assert (p.tau_f, p.neuron_rate, p.spike_gain, p.decision_interval) == (0.7, 2.0, 2.0, 0.2)
+    assert (p.tau_f, p.neuron_rate, p.spike_gain, p.decision_interval) == (0.4, 1.59, 1.0, 0.19)
 
 
 def test_the_friction_law_decides_what_nine_means() -> None:

@@ -66,7 +66,7 @@ def test_epsilon_belongs_to_the_regularized_gait_alone(bases):
 
 def test_the_untrained_crawler_shares_its_run_where_readings_share_a_body(bases):
     untrained = {each.name: each.configure(bases["untrained"]) for each in ALL}
-    assert untrained["initial_q=1"] == untrained["time_limit=none"] == untrained["default"]
+    assert untrained["initial_q=1"] == untrained["time_limit=500"] == untrained["default"]
     assert untrained["tau_f=1"] != untrained["default"]
 
 
@@ -82,24 +82,26 @@ def test_the_literal_reading_takes_every_equation_as_printed(bases):
 def test_the_repairs_lead_from_the_literal_reading_to_the_default():
     steps = [dict(each.changes) for each in ALL if each.family in ("literal", "repairs")]
     assert [len(step) for step in steps] == list(range(len(LITERAL), 1, -1))
-    assert steps[-1].keys() - {"environment.time_limit"} == {"parameters.tau_f"}
+    assert steps[-1].keys() == {"parameters.decision_interval", "parameters.tau_f"}
 
 
 def test_free_constants_are_those_without_a_source(bases):
     base = bases["regularized"]
     default = set(DEFAULT.free_constants(base))
-    assert set(find_reading("tau_f=0.4", ALL).free_constants(base)) == default - {"tau_f"}
+    assert default == {"neuron_rate", "initial_q", "episode_distance"}
+    assert set(find_reading("neuron_rate=1", ALL).free_constants(base)) == default - {"neuron_rate"}
+    assert set(find_reading("tau_f=0.7", ALL).free_constants(base)) == default | {"tau_f"}
     assert set(find_reading("tau_m=2", ALL).free_constants(base)) == default | {"tau_m"}
-    assert set(find_reading("head_muscle=external", ALL).free_constants(base)) == default
-    assert set(find_reading("dt=0.05", ALL).free_constants(base)) == default | {"dt"}
+    assert set(find_reading("head_muscle=none", ALL).free_constants(base)) == default
+    assert set(find_reading("dt=0.038", ALL).free_constants(base)) == default | {"dt"}
     assert set(find_reading("dt=0.01", ALL).free_constants(base)) == default
 
 
 def test_an_unknown_reading_gets_one_line_with_a_suggestion():
     with pytest.raises(
-        ValueError, match=r"no reading is called 'head_muscle=ext'; did you mean 'head_muscle=external'"
+        ValueError, match=r"no reading is called 'head_muscle=react'; did you mean 'head_muscle=reaction'"
     ):
-        find_reading("head_muscle=ext", ALL)
+        find_reading("head_muscle=react", ALL)
 
 
 def test_presets_know_their_readings():
@@ -137,7 +139,7 @@ def test_a_profile_says_which_groups_a_field_moves(bases):
     found = [
         scored("default", base, plant()),
         scored("tau_f=1", base, plant(regularized={"peak_contraction": 0.5}), **{"parameters.tau_f": 1.0}),
-        scored("tau_f=0.4", base, plant(), **{"parameters.tau_f": 0.4}),
+        scored("tau_f=0.7", base, plant(), **{"parameters.tau_f": 0.7}),
     ]
     row = identifiability.profiles(found, [field for field in FIELDS if field.name == "tau_f"]).iloc[0]
     assert row["tried"] == "0.4, 0.7, 1"

@@ -10,14 +10,12 @@ import pytest
 
 from crawler_bench.config.files import config_folder, load_experiment
 from crawler_bench.readings.catalogue import LITERAL, Reading
-from crawler_bench.readings.fields import NO_LIMIT
 from crawler_bench.readings.laboratory import EXPERIMENTS, REGULARIZED, UNREGULARIZED
 from crawler_bench.readings.search import freeing as freeing_module
 from crawler_bench.readings.search import holding as holding_module
 from crawler_bench.readings.search import rounds, tables
-from crawler_bench.readings.search import trial as trial_module
 from crawler_bench.readings.search.freeing import FACTORS, NOISE, SCALED, freeing
-from crawler_bench.readings.search.holding import FURTHER, TIME_LIMIT, guarded, holding
+from crawler_bench.readings.search.holding import FINE, FURTHER, TIME_LIMIT, holding
 from crawler_bench.readings.search.leads import LEADS
 from crawler_bench.readings.search.off_diagonal import off_diagonal
 from crawler_bench.readings.search.rounds import best, ordered_finals, run_again, run_trials
@@ -77,10 +75,8 @@ def test_the_nearest_of_each_number_of_constants_take_turns():
     assert [each.name for each in best(trials, 2)] == names[:2]
 
 
-def test_a_trial_runs_the_other_gaits_with_fewer_seeds(bases, monkeypatch):
-    monkeypatch.setattr(trial_module, "PAIRED", 1)
-    monkeypatch.setattr(trial_module, "FEWEST", ())
-    runs = try_reading(LEADS[1], bases, (0, 1)).runs
+def test_a_trial_runs_the_other_gaits_with_fewer_seeds(bases):
+    runs = try_reading(LEADS[1], bases, (0, 1), fewest=(), paired=1).runs
     assert runs.groupby("experiment").size().to_dict() == {REGULARIZED: 2, UNREGULARIZED: 1, UNTRAINED: 1}
 
 
@@ -168,18 +164,12 @@ def test_each_field_is_changed_alone_to_see_which_frees_a_learner(bases, monkeyp
 
     monkeypatch.setattr(freeing_module, "learn", learns)
     found = freeing(LEADS[0], bases, (3, 4), jobs=1)
-    assert len(found) == 1 + len(SCALED) * len(FACTORS) + len(NOISE)
+    assert len(found) == 1 + 2 + len(SCALED) * len(FACTORS) + len(NOISE)
     assert found["n"].tolist() == [2] * len(found)
     assert found[found["on_diagonal"] == 1]["field"].tolist() == ["noise"]
     assert found[found["field"] == "time_limit"]["value"].tolist() == [1000 * each for each in FACTORS]
     assert {seed for _, seed in tried} == {3, 4}
     assert len({config.model_dump_json() for config, _ in tried}) == len(found)
-
-
-def test_a_default_without_a_time_limit_gets_one():
-    free = Reading("free", "search", {"environment.time_limit": NO_LIMIT, "parameters.tau_f": 0.5})
-    assert guarded(free).changes == {"environment.time_limit": TIME_LIMIT, "parameters.tau_f": 0.5}
-    assert guarded(LEADS[0]) is LEADS[0]
 
 
 def test_the_chosen_reading_is_tried_where_nothing_was_fitted(bases, monkeypatch):
@@ -188,7 +178,7 @@ def test_the_chosen_reading_is_tried_where_nothing_was_fitted(bases, monkeypatch
     def tries(reading, bases, seeds, *, patient, measured_with):
         tried.append((reading.changes, tuple(seeds), measured_with))
         results = plant()
-        return Trial(reading, score(results, range(5)), results.runs)
+        return Trial(reading, score(results, range(5)), results.runs.assign(policy="0123456789"))
 
     monkeypatch.setattr(holding_module, "try_reading", tries)
     found = holding(LEADS[0], bases, (3, 4), jobs=1)
@@ -198,8 +188,9 @@ def test_the_chosen_reading_is_tried_where_nothing_was_fitted(bases, monkeypatch
     assert changes == LEADS[0].changes
     assert len(set(drawn)) == FURTHER
     assert not set(drawn) & set(range(1000))
-    assert {of[f"steps of dt = {dt}"][0]["parameters.integrator"] for dt in ("0.01", "0.002")} == {"step"}
-    assert of["steps of dt = 0.002"][0]["parameters.dt"] == 0.002
+    assert of["trained and measured in steps of dt = 0.01"][0]["parameters.integrator"] == "step"
+    assert of["trained policies in steps of dt = 0.002"][2] == FINE
+    assert of["a time limit of 4,000 tau"][0]["environment.time_limit"] == TIME_LIMIT
     half = LEADS[0].changes["parameters.decision_interval"] / 2
     assert of["trained policies at half the decision interval"][2]["parameters.decision_interval"] == half
     changes, seeds, measured = of["trained and measured at half the decision interval"]

@@ -30,12 +30,3 @@ def test_the_environment_works_with_a_learner(importable):
     assert len([line for line in example.splitlines() if line]) <= 6
     (importable / "example.py").write_text(example.replace("10_000", "2_048"))
     run(importable, "example.py")
-
-
-def test_ones_own_agent_is_trained_and_evaluated(importable):
-    (example,) = [block for block in BLOCKS if "class Shift" in block]
-    (importable / "shift.py").write_text(example)
-    train = ("-m", "crawler_bench.cli", "train", "shift:Shift", "--set", "decisions=3000")
-    folder = run(importable, *train, "--set", "starts=2").strip()
-    table = run(importable, "-m", "crawler_bench.cli", "evaluate", folder)
-    assert "shift-eps0.01-seed00" in table

@@ -77,6 +77,16 @@ def test_the_run_to_show_is_the_median_one_of_the_commonest_policy():
         typical_run(runs, [Outcome(found[0].cell, None, None, "failed")])
 
 
+def test_the_run_to_show_has_the_cycle_that_most_have(tmp_path):
+    """Every run has its own policy; the median by reward is the one with an odd cycle."""
+    found = [Outcome(Cell("a", RUN, seed), tmp_path / f"run-{seed}", None, "") for seed in range(5)]
+    runs = pd.DataFrame({
+        "run": [f"run-{seed}" for seed in range(5)], "seed": range(5), "policy": [*"abcde"],
+        "reward": [1.0, 2.0, 3.0, 4.0, 5.0], "cycle_duration": [25.3, 25.34, 33.9, np.nan, 25.3],
+    })  # fmt: skip
+    assert typical_run(runs, found).cell.seed == 1  # of those the nearest to the middle by reward
+
+
 @pytest.mark.parametrize("content", [b"", b"PK\x03\x04", b"nonsense"])
 @pytest.mark.parametrize("name", ["gait.npz", "table.csv", "starts.csv"])
 def test_a_damaged_evaluation_is_named_in_one_line(tmp_path, mixed, name, content):

@@ -15,7 +15,7 @@ from crawler_bench.statistics import estimates
 from crawler_bench.statistics.estimates import Array
 
 Looks = dict[str, looks.Look]
-MIDDLE = ": interquartile mean, 95 % interval"
+MIDDLE = ":\ninterquartile mean, 95 % interval"
 OVERTAKES = "from here on the strongest regularization is the faster one (shaded: 95 % interval)"
 
 
@@ -27,14 +27,15 @@ def noise_curves(evaluations: pd.DataFrame) -> Figure:
     of_runs = evaluations.groupby([*RUN, "noise"], sort=False)["speed"].mean().reset_index()
     pairs, values = looks.modes_of(of_runs), looks.regularizations(of_runs)
     columns = min(4, len(pairs))
-    rows = -(-len(pairs) // columns)
-    width, height = max(2.9 * columns + 0.8, 6.5), 2.3 * rows + 1.7
+    where = looks.places([agent for agent, _ in pairs], columns)
+    rows = where[-1] // columns + 1
+    width, height = max(2.35 * columns + 0.8, 6.5), 2.1 * rows + 1.7
     figure = style.new_figure(width, height, "Speed against proprioceptive noise")
-    panels = looks.grid(figure, len(pairs), columns)
+    panels = looks.grid(figure, where, columns)
     colours, drawn = looks.regularization_colours(values), {}
     for axes, (agent, mode) in zip(panels, pairs, strict=True):
         style.tidy(axes, "")
-        axes.set_title(f"{looks.truncate(agent)}, {mode}", loc="left", fontsize=9, color=style.INK)
+        axes.set_title(f"{looks.truncate(agent, 17)},\n{mode}", loc="left", fontsize=9, color=style.INK)
         chosen = select(of_runs, agent=agent, mode=mode)
         tables = {
             float(str(value)): rows.pivot(index="noise", columns="seed", values="speed") * style.SPEED_SCALE
@@ -55,7 +56,7 @@ def noise_curves(evaluations: pd.DataFrame) -> Figure:
         if len(tables) > 1:
             _mark_crossover(axes, tables[max(tables)], tables[min(tables)])
     panels[0].margins(x=0.03)
-    looks.label_bottom(panels, columns, "largest error $s$ of\na sensed strain (noise)")
+    looks.label_bottom(panels, where, columns, "largest error $s$ of\na sensed strain (noise)")
     figure.supylabel(style.SPEED_LABEL + ", mean over runs and its 95 % interval", fontsize=10)
     looks.legend(figure, panels, 3)
     return figure
@@ -95,7 +96,7 @@ def learning_curves(
         agents: all names of the benchmark, so that an agent looks the same in every figure.
     """
     values = looks.regularizations(curves) if len(curves) else [0.0]
-    figure = style.new_figure(1.2 + 5.2 * len(values), 5.2, "Speed while learning")
+    figure = style.new_figure(1.2 + 4.4 * len(values), 5.2, "Speed while learning")
     panels = figure.subplots(1, len(values), squeeze=False, sharex=True, sharey=True)[0]
     if curves.empty:
         style.show_missing(panels[0], "no agent learned")

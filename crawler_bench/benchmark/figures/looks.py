@@ -86,20 +86,36 @@ def modes_of(frame: pd.DataFrame) -> list[tuple[str, str]]:
     ]
 
 
-def grid(figure: Figure, count: int, columns: int) -> list[Axes]:
-    """`count` panels on common axes, row by row; those on the left and in the last row have numbers."""
-    columns = min(columns, count)
-    rows = -(-count // columns)
-    panels = figure.subplots(rows, columns, squeeze=False, sharex=True, sharey=True).ravel()
-    for axes in panels[count:]:
-        axes.remove()
-    return list(panels[:count])
+def places(agents: Sequence[str], columns: int) -> list[int]:
+    """Where in a grid each panel goes, row by row: the modes of an agent stay in one row."""
+    found: list[int] = []
+    for agent in dict.fromkeys(agents):
+        count = agents.count(agent)
+        first = found[-1] + 1 if found else 0
+        if first % columns + count > columns >= count:
+            first += columns - first % columns
+        found += range(first, first + count)
+    return found
 
 
-def label_bottom(panels: Sequence[Axes], columns: int, label: str) -> None:
-    """Label the last row of a grid; a label further up would push the rows apart."""
-    for axes in panels[(len(panels) - 1) // columns * columns :]:
-        axes.set_xlabel(label, fontsize=9)
+def grid(figure: Figure, where: Sequence[int], columns: int) -> list[Axes]:
+    """Panels on common axes at these places of a grid; the outer ones have numbers."""
+    panels = figure.subplots(
+        where[-1] // columns + 1, columns, squeeze=False, sharex=True, sharey=True
+    ).ravel()
+    for place, axes in enumerate(panels):
+        if place not in where:
+            axes.remove()
+        elif place + columns not in where:
+            axes.tick_params(labelbottom=True)
+    return [panels[place] for place in where]
+
+
+def label_bottom(panels: Sequence[Axes], where: Sequence[int], columns: int, label: str) -> None:
+    """Label the panels that have nothing below them."""
+    for axes, place in zip(panels, where, strict=True):
+        if place + columns not in where:
+            axes.set_xlabel(label, fontsize=9)
 
 
 def truncate(name: str, length: int = 24) -> str:

@@ -20,7 +20,7 @@ from crawler_bench.statistics import estimates
 
 PROBABILITY = LinearSegmentedColormap.from_list("probability", ["#ffffff", "#bfe3d3", "#4fa886", style.GREEN])
 TRAPPED = LinearSegmentedColormap.from_list("trapped", ["#ffffff", "#c9c9c9", "#4d4d4d"])
-_WIDTH = 6  # matrices in a row
+_WIDTH = 4  # matrices in a row
 
 
 def policy_matrices(tables: pd.DataFrame, runs: pd.DataFrame) -> Figure:
@@ -31,7 +31,8 @@ def policy_matrices(tables: pd.DataFrame, runs: pd.DataFrame) -> Figure:
         return figure
     pairs, values = looks.modes_of(tables), looks.regularizations(tables)
     across = max(1, min(_WIDTH // len(values), len(pairs)))
-    columns, rows = across * len(values), -(-len(pairs) // across)
+    slots = dict(zip(looks.places([agent for agent, _ in pairs], across), pairs, strict=True))
+    columns, rows = across * len(values), max(slots) // across + 1
     height = 2.7 * rows + 1.5
     title = rf"Which neuron each policy turns ON, mean over runs (speed in {style.SPEED_UNIT})"
     figure = style.new_figure(max(2.15 * columns + 1.3, 7.5), height, title)
@@ -41,21 +42,21 @@ def policy_matrices(tables: pd.DataFrame, runs: pd.DataFrame) -> Figure:
         row, left = place // across, place % across * len(values)
         for axes, value in zip(panels[row, left : left + len(values)], values, strict=True):
             chosen = tables.iloc[:0]
-            if place < len(pairs):
-                group = dict(zip(GROUP, (*pairs[place], value), strict=True))
+            if place in slots:
+                group = dict(zip(GROUP, (*slots[place], value), strict=True))
                 chosen, of_runs = select(tables, **group), select(runs, **group)
             if chosen.empty:
                 axes.remove()
                 continue
             # The root separates a probability close to that of random action from none at all.
             image = _matrix(axes, _mean_table(chosen), PROBABILITY, PowerNorm(0.5, 0, 1))
-            said = _title(pairs[place], value, chosen, of_runs)
+            said = _title(slots[place], value, chosen, of_runs)
             axes.set_title(said, loc="left", fontsize=8, color=style.INK)
             axes.tick_params(labelsize=7)
-            if row == rows - 1:
+            if place + across not in slots:  # nothing is below it
                 axes.set_xlabel("action: neuron ON", fontsize=9)
     assert image is not None
-    figure.supylabel("observation: most contracted segment (0: head)", fontsize=10)
+    figure.supylabel("observation: most contracted segment (1: head)", fontsize=10)
     shrink, ticks = min(0.9, 4.5 / height), [0, 0.02, 0.1, 0.25, 0.5, 0.75, 1]
     bar = figure.colorbar(
         image, ax=list(figure.axes), label="mean probability", pad=0.015, aspect=40, shrink=shrink,
@@ -92,7 +93,11 @@ def _matrix(axes: Axes, table: Array, colours: LinearSegmentedColormap, norm: Po
 
 def _explain_diagonal(figure: Figure) -> None:
     line = Line2D(
-        [], [], color=style.ORANGE, lw=1.2, label="the wave: action = observation (nearest-neighbour wiring)"
+        [],
+        [],
+        color=style.ORANGE,
+        lw=1.2,
+        label="the wave: a segment switches on the neuron ahead (nearest-neighbour wiring)",
     )
     figure.legend(handles=[line], loc="outside lower center", fontsize=9, frameon=False)
 
@@ -105,7 +110,7 @@ def trap_matrix(shares: Array) -> Figure:
     count = int((shares >= 0.5).sum())
     style.tidy(axes, f"{count} of {shares.size} pairs stop it from most starts")
     axes.set_xlabel("action: neuron that stays ON (0: head)")
-    axes.set_ylabel("observation: most contracted segment (0: head)")
+    axes.set_ylabel("observation: most contracted segment (1: head)")
     figure.colorbar(image, ax=axes, label="share of starts after which it stays there", shrink=0.8)
     _explain_diagonal(figure)
     return figure
@@ -114,11 +119,12 @@ def trap_matrix(shares: Array) -> Figure:
 def gaits(records: Mapping[str, Record]) -> Figure:
     """The strain of every segment against time, in the first 120 tau_theta of each settled gait."""
     shown = {name: record.before(record.time[0] + GAIT_DURATION) for name, record in records.items()}
-    columns = min(3, max(len(shown), 1))
-    rows = -(-max(len(shown), 1) // columns)
+    columns = min(2, max(len(shown), 1))
+    where = looks.places([name.rpartition(", ")[0] or name for name in shown], columns) or [0]
+    rows = where[-1] // columns + 1
     title = f"Gaits: strain of each segment (speed in {style.SPEED_UNIT})"
-    figure = style.new_figure(max(4.1 * columns + 1, 6.5), 2 * rows + 1.3, title)
-    panels = looks.grid(figure, max(len(shown), 1), columns)
+    figure = style.new_figure(max(4.3 * columns + 1, 6.5), 1.6 * rows + 1.3, title)
+    panels = looks.grid(figure, where, columns)
     if not shown:
         style.show_missing(panels[0], "no gait")
         return figure
@@ -129,7 +135,7 @@ def gaits(records: Mapping[str, Record]) -> Figure:
         said = f"{looks.truncate(name, 38)}: speed {metrics.speed(record) * style.SPEED_SCALE:.1f}"
         axes.set_title(said, loc="left", fontsize=9, color=style.INK)
         axes.set_xlim(0, max(each.time[-1] - each.time[0] for each in shown.values()))
-    looks.label_bottom(panels, columns, style.TIME_LABEL)
+    looks.label_bottom(panels, where, columns, style.TIME_LABEL)
     figure.supylabel("segment (1: head)", fontsize=10)
     style.colour_bar(panels, image, style.STRAIN_LABEL, strains, aspect=25, shrink=min(1, 1.6 / rows))
     return figure

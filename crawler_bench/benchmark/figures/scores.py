@@ -47,7 +47,7 @@ def cycle_durations(cycles: pd.DataFrame, runs: pd.DataFrame) -> Figure:
     """
     figure, panels, rows = _rows(runs, "Duration of a cycle: one wave of contraction through the body")
     for axes, value in zip(panels, looks.regularizations(runs), strict=True):
-        style.tidy(axes, f"{looks.regularization_label(value).capitalize()}; right: runs with a wave, of all")
+        style.tidy(axes, f"{looks.regularization_label(value).capitalize()}\nright: runs with a wave, of all")
         axes.set_xlabel(r"duration of a cycle ($\tau_\theta$)")
         axes.set_xlim(0, _longest(cycles) * 1.05)
         for (agent, mode), row in rows.items():
@@ -73,7 +73,7 @@ def _rows(runs: pd.DataFrame, title: str) -> tuple[Figure, list[Axes], dict[tupl
         rows.update({(agent, mode): float(y) for mode, y in zip(modes, at, strict=True)})
         ticks[agent], place = float(at.mean()), float(at[-1]) + 1.15
     values = looks.regularizations(runs)
-    figure = style.new_figure(2.2 + 4.6 * len(values), 2.1 + 0.36 * place, title)
+    figure = style.new_figure(2.0 + 3.8 * len(values), 2.1 + 0.36 * place, title)
     panels = list(figure.subplots(1, len(values), squeeze=False, sharex=True, sharey=True)[0])
     for axes in panels:
         axes.set(

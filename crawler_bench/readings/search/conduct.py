@@ -13,7 +13,7 @@ from crawler_bench.output.style import save
 from crawler_bench.readings.catalogue import FORMER, Reading
 from crawler_bench.readings.search.figures import front, trapping
 from crawler_bench.readings.search.freeing import freeing
-from crawler_bench.readings.search.holding import FURTHER, guarded, holding
+from crawler_bench.readings.search.holding import FURTHER, holding
 from crawler_bench.readings.search.leads import LEADS
 from crawler_bench.readings.search.off_diagonal import off_diagonal
 from crawler_bench.readings.search.rounds import best, ordered_finals, run_again, run_trials
@@ -21,7 +21,7 @@ from crawler_bench.readings.sizes import Size
 from crawler_bench.runs import store
 
 LEAST = 0.7  # share of the runs that has to find the wiring for a reading to be measured whole again
-STAGES = ("trials", "again", "finals", "default")
+STAGES = ("trials", "again", "finals")
 
 
 def search(
@@ -58,17 +58,15 @@ def search(
     say(f"the best {size.finals} of these, and the former default, on {len(final_seeds)} fresh seeds")
     finalists = [*_first(again, size.finals), FORMER]
     finals = ordered_finals(run_again(finalists, bases, final_seeds, folder=scratch, jobs=jobs, say=say))
-    by_name = {each.name: each for each in finalists}
-    chosen = guarded(by_name[str(finals["reading"].iloc[0])])
-    say(f"the rule chooses {chosen.name}; the default that it makes, on the same seeds")
-    default = run_again([chosen], bases, final_seeds, folder=scratch, jobs=1, say=say)
+    chosen = {each.name: each for each in finalists}[str(finals["reading"].iloc[0])]
+    say(f"the rule chooses {chosen.name}")
     with store.replace(folder) as draft:
-        for name, frame in zip(STAGES, (trials, again, finals, default), strict=True):
+        for name, frame in zip(STAGES, (trials, again, finals), strict=True):
             write_csv(frame, draft / f"{name}.csv")
         say("looking into the runs of it that end off the diagonal")
         write_csv(off_diagonal(chosen, bases, final_seeds), draft / "off_diagonal.csv")
         say("changing one field of it at a time, to see which frees a trapped learner")
-        write_csv(freeing(chosen, bases, again_seeds, jobs), draft / "freeing.csv")
+        write_csv(freeing(chosen, bases, again_seeds[:FURTHER], jobs), draft / "freeing.csv")
         say("trying it with other integrators, at another interval, on further seeds")
         write_csv(holding(chosen, bases, again_seeds[:FURTHER], jobs), draft / "holding.csv")
         save(front(trials, finals), draft, "front")

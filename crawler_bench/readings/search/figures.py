@@ -37,7 +37,7 @@ def front(trials: pd.DataFrame, finals: pd.DataFrame) -> Figure:
 
 def trapping(trials: pd.DataFrame, again: pd.DataFrame, finals: pd.DataFrame) -> Figure:
     """Share of runs that end on the diagonal against how fast random action is, one dot per reading."""
-    figure = new_figure(7, 4.5, "Where random action is slow, learning is trapped")
+    figure = new_figure(7, 4.5, "Readings in which learning succeeds, and pays")
     axes: Axes = figure.subplots()
     spread = np.random.default_rng(0).uniform(-0.02, 0.02, len(trials))
     axes.scatter(

@@ -1,8 +1,9 @@
 """Which single field frees a learner that ends off the diagonal.
 
 One field of a reading is changed at a time, and the share of runs counted that find the nearest-neighbour
-wiring. The fields are those that change how long and from where a learner explores: optimism, the length of
-an episode by distance and by time, the decision interval, noise while it learns, and how long it goes on.
+wiring. The fields are those that change how long and from where a learner explores (optimism, the length of
+an episode by distance and by time, the decision interval, noise while it learns, how long it goes on), and
+the head muscle, because it is at the head that learners are trapped.
 """
 
 import os
@@ -13,13 +14,14 @@ import pandas as pd
 from joblib import Parallel, delayed
 
 from crawler_bench.config.schema import RunConfig, override
+from crawler_bench.physics.parameters import CHOICES
 from crawler_bench.readings.catalogue import Reading
 from crawler_bench.readings.fields import Value
 from crawler_bench.readings.laboratory import REGULARIZED
 from crawler_bench.runs.training import learn
 from crawler_bench.statistics import estimates
 
-FACTORS = (1 / 4, 1 / 2, 2, 4)
+FACTORS = (1 / 4, 4)
 SCALED = (
     "settings.initial_q",
     "environment.episode_distance",
@@ -46,7 +48,7 @@ def freeing(
         with an empty field.
     """
     config = reading.configure(bases[REGULARIZED])
-    cases = [("", float("nan"), config), *_changed(config)]
+    cases = [("", "", config), *_changed(config)]
     tasks = (delayed(_finds)(each, seed) for _, _, each in cases for seed in seeds)
     found = np.array(Parallel(n_jobs=jobs or os.cpu_count() or 1)(tasks)).reshape(len(cases), len(seeds))
     rows = []
@@ -56,9 +58,12 @@ def freeing(
     return pd.DataFrame(rows, columns=["field", "value", "on_diagonal", "low", "high", "n"])
 
 
-def _changed(config: RunConfig) -> list[tuple[str, float, RunConfig]]:
+def _changed(config: RunConfig) -> list[tuple[str, Value, RunConfig]]:
     """Every case: name of the field, its value, the run."""
-    cases = []
+    cases: list[tuple[str, Value, RunConfig]] = []
+    for word in CHOICES["head_muscle"]:
+        if word != config.parameters.head_muscle:
+            cases.append(("head_muscle", word, override(config, {"parameters.head_muscle": word}, "freeing")))
     for key in SCALED:
         for factor in FACTORS:
             value = factor * _value(config, key)

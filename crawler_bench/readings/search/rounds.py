@@ -45,7 +45,7 @@ from crawler_bench.statistics.estimates import Estimate
 STUDY = "readings"
 STARTUP = 100  # trials drawn at random before the sampler learns from what it saw
 SAID = 50  # trials between two lines of progress
-INFORMED = 10  # every so many trials are proposed by the sampler, the others drawn at random
+INFORMED = 10  # one trial of this number is proposed by the sampler, the others are drawn at random
 _SEED = 20201122
 
 

@@ -31,6 +31,11 @@ class Range:
     step: float | None = None
     sourced: tuple[float, ...] = ()
 
+    def nearest(self, value: float) -> float:
+        """The value in the range that is nearest to one outside of it, or between its steps."""
+        inside = min(max(value, self.low), self.high)
+        return inside if self.step is None else self.low + round((inside - self.low) / self.step) * self.step
+
 
 CONSTANTS = {
     "parameters.tau_f": Range(0.3, 1.6, sourced=(1.0, 0.4)),
@@ -69,5 +74,5 @@ def proposal(reading: Reading) -> dict[str, Value]:
             of = CONSTANTS[key]
             if of.sourced:
                 parameters[f"{key} from"] = value if value in of.sourced else FREE
-            parameters[key] = min(max(float(str(value)), of.low), of.high)
+            parameters[key] = of.nearest(float(str(value)))
     return parameters

@@ -33,7 +33,7 @@ def blocks(folder: Path) -> dict[str, Callable[[], str]]:
     return {
         "search summary": block(_summary, "trials", "again", "finals"),
         "search finals": block(_finals, "finals"),
-        "search default": block(_finals, "default"),
+        "search chosen": block(lambda finals: _finals(finals.head(1)), "finals"),
         "search holding": block(_holding, "holding"),
         "search former rule": block(_former_rule, "trials"),
         "search off the diagonal": block(_off_diagonal, "off_diagonal", "finals"),
@@ -149,7 +149,7 @@ def _freeing(cases: pd.DataFrame) -> str:
         {
             "changed alone": field,
             "to: share on the diagonal": ", ".join(
-                f"{value:g}: {share:.0%}" for value, share in zip(of["value"], of["on_diagonal"], strict=True)
+                f"{value}: {share:.0%}" for value, share in zip(of["value"], of["on_diagonal"], strict=True)
             ),
         }
         for field, of in cases[cases["field"] != ""].groupby("field", sort=False)

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from crawler_bench.physics import CrawlerParameters
 from crawler_bench.physics.coefficients import coefficients
 from crawler_bench.physics.exact.crossings import Margin, crossing_time, margin_at
 from crawler_bench.physics.relaxation import START, respond
 from crawler_bench.physics.tolerances import NEVER
+from tests.bodies import former
 
 BODIES = [{}, {"damping": 0.7}, {"tau_f": 1.0}, {"tau_m": 0.3, "damping": 8.0}]
 
@@ -15,7 +15,7 @@ BODIES = [{}, {"damping": 0.7}, {"tau_f": 1.0}, {"tau_m": 0.3, "damping": 8.0}]
 @pytest.mark.parametrize("sliding", [False, True])
 @pytest.mark.parametrize("body", BODIES)
 def test_it_is_where_the_margin_first_falls_below_zero(body: dict[str, float], sliding: bool) -> None:
-    k = coefficients(CrawlerParameters(**body))
+    k = coefficients(former(**body))
     rng, found, kept = np.random.default_rng(0), 0, 0
     while min(found, kept) < 60:
         m = Margin(*(float(term) for term in rng.normal(size=3)), sliding)
@@ -37,7 +37,7 @@ def test_it_is_where_the_margin_first_falls_below_zero(body: dict[str, float], s
 
 @pytest.mark.parametrize("sliding", [False, True])
 def test_a_node_at_its_border_leaves_at_once_unless_it_is_overlooked(sliding: bool) -> None:
-    k = coefficients(CrawlerParameters())
+    k = coefficients(former())
     m = Margin(-1.0, 1.0, -0.5, sliding)
     assert crossing_time(m, START, k.end, False, k) == 0.0
     assert crossing_time(m, START, k.end, True, k) == NEVER
@@ -45,14 +45,14 @@ def test_a_node_at_its_border_leaves_at_once_unless_it_is_overlooked(sliding: bo
 
 def test_a_node_may_leave_a_border_on_which_it_rests() -> None:
     """At the border, going nowhere yet: no value and no slope to guess from."""
-    k = coefficients(CrawlerParameters())
+    k = coefficients(former())
     time = crossing_time(Margin(-1.0, 1.0, 1.0, False), START, k.end, False, k)
     assert 0.0 <= time < 0.01
 
 
 def test_a_node_that_dips_below_its_border_and_returns_is_seen() -> None:
     """The margin is above 0 at both ends, and turns below it: -0.02 where e_f - r_f is 1 - 0.98."""
-    k = coefficients(CrawlerParameters(tau_f=0.9))
+    k = coefficients(former(tau_f=0.9))
     end = respond(4.0, k.times)
     rises = Margin(0.36, 0.0, -1.0, False)  # r_f rises to about 0.39, then decays
     assert margin_at(rises, START) > 0.0

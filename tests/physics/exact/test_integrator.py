@@ -9,17 +9,20 @@ from hypothesis import Phase, given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from crawler_bench.physics import CrawlerParameters, integration
+from crawler_bench.physics import integration
 from crawler_bench.physics.as_printed import force_on_nodes, simulate
 from crawler_bench.physics.exact import integrator
 from crawler_bench.physics.exact.integrator import cross_decision
 from crawler_bench.physics.integration import act
 from crawler_bench.physics.state import STATE
+from tests.bodies import former
 from tests.physics.crawling import Crawler, crawl, drawn, plain
 
 Array = NDArray[np.float64]
+PAPER = {"spike_phase": "every_pi", "tau_f": 0.4, "neuron_rate": 1.59, "spike_gain": 1.0}
 READINGS: list[dict[str, Any]] = [
     {},
+    {"head_muscle": "external", **PAPER},
     {"head_muscle": "external"},
     {"head_muscle": "none", "spike_phase": "2pi"},
     {"spike_phase": "every_pi", "spike_gain": 1.0},
@@ -35,7 +38,7 @@ READINGS: list[dict[str, Any]] = [
 
 @pytest.mark.parametrize("reading", READINGS, ids=str)
 def test_the_steps_converge_to_it_at_first_order(reading: dict[str, Any]) -> None:
-    p = CrawlerParameters(**reading)
+    p = former(**reading)
     actions = drawn(p, 80)
     exact = crawl(p, actions)["displacement"]
     stepped = [replace(p, integrator="step", dt=dt) for dt in (0.01, 0.005, 0.0025)]
@@ -48,7 +51,7 @@ def test_the_steps_converge_to_it_at_first_order(reading: dict[str, Any]) -> Non
 @pytest.mark.parametrize("reading", READINGS, ids=str)
 def test_neurons_and_muscles_agree_with_the_steps_to_rounding(reading: dict[str, Any]) -> None:
     """Both integrators have them in closed form."""
-    p = CrawlerParameters(**reading)
+    p = former(**reading)
     actions = drawn(p, 80)
     exact, stepped = crawl(p, actions), crawl(replace(p, integrator="step"), actions)
     for name in ("drive", "force"):
@@ -60,7 +63,7 @@ def test_neurons_and_muscles_agree_with_the_steps_to_rounding(reading: dict[str,
 @pytest.mark.parametrize("reading", READINGS, ids=str)
 def test_it_does_not_matter_where_decisions_are_cut(reading: dict[str, Any]) -> None:
     """Twenty decisions of 0.01 with the same neuron ON are one decision of 0.2."""
-    p = CrawlerParameters(**reading)
+    p = former(**reading)
     actions = drawn(p, 100)
     whole = crawl(p, actions)
     cut = crawl(replace(p, decision_interval=0.01), np.repeat(actions, 20).tolist())[::20]
@@ -71,7 +74,7 @@ def test_it_does_not_matter_where_decisions_are_cut(reading: dict[str, Any]) -> 
 @pytest.mark.parametrize("phase", ["pi", "2pi", "every_pi"])
 @pytest.mark.parametrize("held", [5, 50])
 def test_long_decisions_hold_many_spikes(held: int, phase: str) -> None:
-    p = CrawlerParameters(spike_phase=phase)
+    p = former(spike_phase=phase)
     actions = drawn(p, 6)
     long = crawl(replace(p, decision_interval=0.2 * held), actions)
     short = crawl(p, np.repeat(actions, held).tolist())[::held]
@@ -81,7 +84,7 @@ def test_long_decisions_hold_many_spikes(held: int, phase: str) -> None:
 
 @pytest.mark.parametrize("reading", READINGS, ids=str)
 def test_halved_tolerances_change_nothing_that_matters(reading: dict[str, Any]) -> None:
-    p = CrawlerParameters(**reading)
+    p = former(**reading)
     actions = drawn(p, 500)  # 100 tau
     one, other = (crawl(p, actions, tolerance)["displacement"][-1] for tolerance in (1e-13, 5e-14))
     assert abs(one.mean() - other.mean()) < 1e-9
@@ -105,7 +108,7 @@ def test_forces_balance_at_the_end_of_every_decision(
     seed: int,
 ) -> None:
     """Friction is at its limit against every sliding node, and holds every stuck one from inside."""
-    p = CrawlerParameters(
+    p = former(
         n_segments=n, damping=damping, tau_m=taus[0], tau_f=taus[1], friction_forward=limits[0],
         friction_backward=limits[1], neuron_rate=neuron[0], spike_gain=neuron[1],
     )  # fmt: skip
@@ -127,7 +130,7 @@ def test_forces_balance_at_the_end_of_every_decision(
 )
 def test_it_agrees_with_the_printed_equations(reading: dict[str, Any]) -> None:
     """With the printed tanh friction; what differs is that friction's own creep."""
-    p = CrawlerParameters(**reading, decision_interval=0.8)
+    p = former(**reading, decision_interval=0.8)
     actions = drawn(p, 6, 3)
     expected = simulate(p, actions)
     ours = crawl(p, actions)
@@ -137,7 +140,7 @@ def test_it_agrees_with_the_printed_equations(reading: dict[str, Any]) -> None:
 
 def test_equal_time_constants_are_the_limit_of_near_ones() -> None:
     for base in ({"tau_f": 1.0}, {"tau_f": 1.0, "damping": 1.0}, {"damping": 0.7}, {"damping": 1.0}):
-        p = CrawlerParameters(**base)
+        p = former(**base)
         near = replace(p, tau_m=p.tau_m * (1 + 1e-7), damping=p.damping * (1 - 1e-7))
         actions = drawn(p, 100)
         np.testing.assert_allclose(
@@ -148,7 +151,7 @@ def test_equal_time_constants_are_the_limit_of_near_ones() -> None:
 @pytest.mark.parametrize("reading", READINGS, ids=str)
 def test_the_trajectory_is_that_of_the_state(reading: dict[str, Any]) -> None:
     """A crawler known by its state alone goes on like one that has kept its trajectory."""
-    p = CrawlerParameters(**reading)
+    p = former(**reading)
     crawler = Crawler(p)
     for action in drawn(p, 60):
         forgetful = Crawler(p)
@@ -161,7 +164,7 @@ def test_the_trajectory_is_that_of_the_state(reading: dict[str, Any]) -> None:
 
 
 def test_writing_the_state_changes_nothing_to_come() -> None:
-    p = CrawlerParameters()
+    p = former()
     crawler, silent = Crawler(p), Crawler(p)
     for action in drawn(p, 100):
         crawler.act(action)
@@ -173,7 +176,7 @@ def test_writing_the_state_changes_nothing_to_come() -> None:
 
 def test_where_friction_balances_it_takes_steps() -> None:
     """Six nodes with equal limits both ways: three against three leave the rigid velocity free."""
-    p = CrawlerParameters(n_segments=5, friction_forward=0.05, friction_backward=0.05, dt=1e-3)
+    p = former(n_segments=5, friction_forward=0.05, friction_backward=0.05, dt=1e-3)
     actions = drawn(p, 100)
     exact, stepped = crawl(p, actions), crawl(replace(p, integrator="step"), actions)
     assert (np.abs(exact["slip"]) == 1).all(axis=1).any()
@@ -182,9 +185,9 @@ def test_where_friction_balances_it_takes_steps() -> None:
 
 def test_events_without_end_are_given_up(monkeypatch: pytest.MonkeyPatch) -> None:
     """With no event allowed the crawler is as it was when the decision began; only its trajectory is gone."""
-    crawler, twin = Crawler(CrawlerParameters()), Crawler(CrawlerParameters())
+    crawler, twin = Crawler(former()), Crawler(former())
     for each in (crawler, twin):
-        for action in drawn(CrawlerParameters(), 50):
+        for action in drawn(former(), 50):
             each.act(action)
     before = crawler.nodes.copy()
     monkeypatch.setattr(integrator, "MOST_EVENTS", -1)

@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from crawler_bench.physics import CrawlerParameters
 from crawler_bench.physics.body import BACKWARD, FORWARD, STUCK
 from crawler_bench.physics.coefficients import Coefficients, coefficients
 from crawler_bench.physics.exact.crossings import Margin, margin_at
@@ -19,6 +18,7 @@ from crawler_bench.physics.exact.trajectory import position, read_clock
 from crawler_bench.physics.relaxation import Response, after, respond
 from crawler_bench.physics.state import make_memory, nodes_of
 from crawler_bench.physics.tolerances import NEVER
+from tests.bodies import former
 from tests.physics.crawling import Crawler, drawn, plain
 
 BODIES = [{}, {"damping": 0.7, "tau_m": 3.0}, {"tau_f": 1.0}, {"tau_m": 0.3, "damping": 8.0}]
@@ -41,7 +41,7 @@ def changes(terms: tuple[float, float, float], sliding: bool, seen: list[Respons
 @pytest.mark.parametrize("body", BODIES)
 def test_no_node_that_changes_is_overlooked(body: dict[str, float], sliding: bool) -> None:
     """Margins of any size and course, seen at 100 times up to the end."""
-    k = coefficients(CrawlerParameters(**body))
+    k = coefficients(former(**body))
     rng = np.random.default_rng(0)
     n_changing, n_kept = 0, 0
     while min(n_changing, n_kept) < 50:
@@ -61,7 +61,7 @@ def test_no_node_that_changes_is_overlooked(body: dict[str, float], sliding: boo
 @pytest.mark.parametrize("body", BODIES)
 def test_no_node_that_changes_from_a_limit_is_overlooked(body: dict[str, float], sliding: bool) -> None:
     """A node that has just changed its state stands at a limit, but for rounding."""
-    k = coefficients(CrawlerParameters(**body))
+    k = coefficients(former(**body))
     rng = np.random.default_rng(0)
     n_changing, n_kept = 0, 0
     while min(n_changing, n_kept) < 100:
@@ -81,10 +81,10 @@ def test_no_node_that_changes_from_a_limit_is_overlooked(body: dict[str, float],
 
 @pytest.mark.parametrize("n_segments", [2, 10, 70])
 def test_the_first_of_the_slip_times_comes_next(n_segments: int) -> None:
-    crawler = Crawler(CrawlerParameters(n_segments=n_segments))
+    crawler = Crawler(former(n_segments=n_segments))
     nodes, k = crawler.nodes, crawler.k
     seen = 0
-    for action in drawn(CrawlerParameters(n_segments=n_segments), 60, seed=1):
+    for action in drawn(former(n_segments=n_segments), 60, seed=1):
         crawler.act(action)
         now = plain(read_clock)(crawler.clock)
         end = after(now, respond(1.0, k.times))
@@ -102,7 +102,7 @@ def test_the_first_of_the_slip_times_comes_next(n_segments: int) -> None:
 
 @pytest.mark.parametrize(("push", "expected"), [(0.4, FORWARD), (-9.1, BACKWARD)])
 def test_a_stuck_node_goes_the_way_it_is_pushed(push: float, expected: float) -> None:
-    crawler = Crawler(CrawlerParameters())
+    crawler = Crawler(former())
     crawler.act(0)
     crawler.nodes[3].margin.constant = push
     change_slip(crawler.nodes, 3, respond(0.1, crawler.k.times), crawler.k)
@@ -110,7 +110,7 @@ def test_a_stuck_node_goes_the_way_it_is_pushed(push: float, expected: float) ->
 
 
 def test_a_sliding_node_stops_where_it_is() -> None:
-    crawler = Crawler(CrawlerParameters())
+    crawler = Crawler(former())
     for action in [9] * 8:
         crawler.act(action)
     moving = int(np.flatnonzero(crawler.nodes["slip"])[0])
@@ -123,7 +123,7 @@ def test_a_sliding_node_stops_where_it_is() -> None:
 
 def test_with_the_last_stuck_node_the_slowest_that_slides_the_other_way_sticks() -> None:
     """Else nothing would resist rigid motion."""
-    crawler = Crawler(CrawlerParameters(n_segments=3))
+    crawler = Crawler(former(n_segments=3))
     crawler.act(0)
     nodes, now = crawler.nodes, respond(0.0, crawler.k.times)
     nodes["slip"] = [BACKWARD, STUCK, FORWARD, BACKWARD]

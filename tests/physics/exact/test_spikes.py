@@ -7,7 +7,6 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from crawler_bench.physics import CrawlerParameters
 from crawler_bench.physics.as_printed import follow_theta
 from crawler_bench.physics.coefficients import as_record, coefficients
 from crawler_bench.physics.exact.spikes import due_muscle, excite, next_excitation, turn_off, turn_on
@@ -16,6 +15,7 @@ from crawler_bench.physics.neuron import cotangent
 from crawler_bench.physics.relaxation import respond
 from crawler_bench.physics.state import make_memory, nodes_of
 from crawler_bench.physics.tolerances import NEVER
+from tests.bodies import former
 from tests.physics.crawling import Crawler
 
 
@@ -27,7 +27,7 @@ from tests.physics.crawling import Crawler
 )
 def test_an_on_neuron_turns_and_spikes_as_its_angle_does(theta: float, interval: float, phase: str) -> None:
     assume(abs(theta) > 1e-6)
-    p = CrawlerParameters(decision_interval=interval, spike_phase=phase)
+    p = former(decision_interval=interval, spike_phase=phase)
     node = nodes_of(make_memory(2))[0]
     node.cotangent_at_epoch, node.spike_time = cotangent(tan(theta / 2.0)), NEVER
     q = turn_on(node, 0.0, as_record(coefficients(p)))
@@ -42,7 +42,7 @@ def test_an_on_neuron_turns_and_spikes_as_its_angle_does(theta: float, interval:
 
 @pytest.mark.parametrize(("phase", "spikes"), [("pi", True), ("2pi", False), ("every_pi", True)])
 def test_a_neuron_switched_off_spikes_late_at_pi_only(phase: str, spikes: bool) -> None:
-    k = as_record(coefficients(CrawlerParameters(spike_phase=phase)))
+    k = as_record(coefficients(former(spike_phase=phase)))
     node = nodes_of(make_memory(2))[0]
     turn_off(node, 0.5, 1.0, k)
     assert node.cotangent_at_epoch == 0.5 + 2.0
@@ -63,7 +63,7 @@ def test_the_first_muscle_that_is_due_is_found(name: str, muscle: int) -> None:
 
 @pytest.mark.parametrize("is_on", [True, False])
 def test_a_spike_adds_its_gain_and_leaves_the_force_as_it_is(is_on: bool) -> None:
-    crawler = Crawler(CrawlerParameters())
+    crawler = Crawler(former())
     crawler.act(5)
     nodes, k = crawler.nodes, crawler.k
     now = respond(0.3, k.times)

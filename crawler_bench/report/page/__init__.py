@@ -1,0 +1,1 @@
+"""`crawler-bench report`: what is in results/ as one HTML file."""
