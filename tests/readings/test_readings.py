@@ -146,7 +146,7 @@ def test_a_profile_says_which_groups_a_field_moves(bases):
     assert row["moved"] == "peak"
     assert row["not_worse"] == "0.4, 0.7"
     alike, of, names = identifiability.indistinct(found)
-    assert (alike, of, names) == (1, 3, ["tau_f=0.4"])
+    assert (alike, of, names) == (1, 3, ["tau_f=0.7"])
 
 
 def test_conclusions_are_counted_over_readings(bases):

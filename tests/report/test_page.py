@@ -6,6 +6,8 @@ import pytest
 
 from tests.playground.conftest import without_tools
 
+pytestmark = pytest.mark.slow  # a browser without a graphics card draws the charts for minutes
+
 WIDE, NARROW, NIGHT = (
     {"viewport": {"width": 1280, "height": 900}},
     {"viewport": {"width": 390, "height": 844}},
