@@ -1,15 +1,17 @@
-"""DQN and PPO of Stable-Baselines3, set up for the crawler: one torch thread, scaled rewards, gamma of [M20].
+"""Deep agents in the form that their libraries give them.
 
-A decision earns about a thousandth of a rest length, far below the rewards of order one that the defaults of
-deep agents assume; so both see rewards multiplied by REWARD_SCALE, which changes no optimal policy. All else
-that a configuration does not set is Stable-Baselines3's default; Adam runs as one fused kernel and
-distributions do not check their own arguments, which changes the time and not the learning.
+DQN, PPO and A2C are Stable-Baselines3's, QR-DQN and recurrent PPO are sb3-contrib's. Three things are the
+crawler's: gamma is that of [M20]; rewards are multiplied by REWARD_SCALE while learning, because a decision
+earns about a thousandth of a rest length, far below the rewards of order one that these defaults assume (no
+optimal policy changes); and torch runs in one thread. All else that a configuration does not set is the
+library's default, the optimizer's included.
 """
 
 from typing import Any
 
 import gymnasium as gym
 import numpy as np
+import sb3_contrib
 import stable_baselines3
 import torch
 from stable_baselines3.common.vec_env import DummyVecEnv, VecEnv, VecEnvWrapper
@@ -37,26 +39,25 @@ class ScaledRewards(VecEnvWrapper):
 
 
 class Deep:
-    """What both share; stands before an algorithm of Stable-Baselines3 in the bases of a class.
+    """What all share; comes before an algorithm of Stable-Baselines3 in the bases of a class.
 
     Args:
         env: one environment or a vector of them.
         seed: everything random in agent and environment derives from it.
-        policy: Stable-Baselines3's name of the network.
-        policy_kwargs: of the network, over the fused optimizer.
         reward_scale: factor on rewards while learning.
         gamma: discount.
         device: of torch.
-        settings: any of the algorithm's own.
+        settings: any of the algorithm's own; `policy`, the name of the network, is by default the class's
+            USUAL_POLICY.
     """
+
+    USUAL_POLICY = "MlpPolicy"
 
     def __init__(
         self,
         env: gym.Env[Any, Any] | VecEnv | None = None,
         seed: int | None = None,
         *,
-        policy: Any = "MlpPolicy",
-        policy_kwargs: dict[str, Any] | None = None,
         reward_scale: float = REWARD_SCALE,
         gamma: float = DISCOUNT,
         device: str = "cpu",
@@ -65,15 +66,12 @@ class Deep:
         torch.set_num_threads(1)  # the networks are small, and each core has a process of its own
         torch.distributions.Distribution.set_default_validate_args(False)
         self.reward_scale = reward_scale
-        fused = {"optimizer_kwargs": {"fused": True}}
         super().__init__(
-            policy=policy,
             env=self._scaled(env),
             seed=_spread(seed),
             gamma=gamma,
             device=device,
-            policy_kwargs=fused | (policy_kwargs or {}),
-            **settings,
+            **{"policy": self.USUAL_POLICY} | settings,
         )  # type: ignore[call-arg]
 
     def _scaled(self, env: gym.Env[Any, Any] | VecEnv | None) -> VecEnv | None:
@@ -108,3 +106,17 @@ class DQN(Deep, stable_baselines3.DQN):  # type: ignore[misc]
 
 class PPO(Deep, stable_baselines3.PPO):  # type: ignore[misc]
     """Policy gradients with a clipped objective; its policy is stochastic [Schulman et al. 2017]."""
+
+
+class A2C(Deep, stable_baselines3.A2C):  # type: ignore[misc]
+    """Policy gradients over five decisions at a time [Mnih et al. 2016]."""
+
+
+class QRDQN(Deep, sb3_contrib.QRDQN):  # type: ignore[misc]
+    """DQN that learns the distribution of returns, as quantiles [Dabney et al. 2018]."""
+
+
+class RecurrentPPO(Deep, sb3_contrib.RecurrentPPO):  # type: ignore[misc]
+    """PPO with an LSTM: its policy has a memory and is no table."""
+
+    USUAL_POLICY = "MlpLstmPolicy"

@@ -3,7 +3,8 @@
 An entry is an experiment: an agent's configuration over seeds and regularizations. Each of its runs is
 evaluated twice, with the actions that the agent thinks best ("deterministic") and with those that it takes
 while it learns ("stochastic"); a run whose two policies are the same table counts once, under the name that
-fits the table.
+fits the table. A policy that is no table (it has a memory, or another keyhole than the index) counts once if
+it earns the same in both, from every start and under every noise.
 """
 
 from collections.abc import Sequence
@@ -14,7 +15,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from crawler_bench.benchmark.keys import LEARNER, MODES, RUN, action_columns
+from crawler_bench.benchmark.keys import LEARNER, MODES, RUN, action_columns, select
 from crawler_bench.config.errors import ConfigError
 from crawler_bench.config.schema import Experiment, RunConfig, override
 from crawler_bench.runs.evaluation import read_evaluation
@@ -108,7 +109,9 @@ def in_mode(run: RunConfig, mode: str) -> RunConfig:
 def collect(found: dict[str, list[Outcome]]) -> Benchmark:
     """Read what finished cells measured, by mode."""
     tables = pd.concat([_tables(outcomes, mode) for mode, outcomes in found.items()], ignore_index=True)
-    names = _names(tables)
+    frames = [measured(outcomes, mode) for mode, outcomes in found.items()]
+    runs, evaluations, cycles = (pd.concat(each, ignore_index=True) for each in zip(*frames, strict=True))
+    names = _names(tables, evaluations)
 
     def keep(frame: pd.DataFrame) -> pd.DataFrame:
         """The rows of modes that count, under their names."""
@@ -119,17 +122,13 @@ def collect(found: dict[str, list[Outcome]]) -> Benchmark:
             frame.assign(mode=named).dropna(subset="mode").sort_values(RUN, kind="stable", ignore_index=True)
         )
 
-    frames = [measured(outcomes, mode) for mode, outcomes in found.items()]
-    runs, evaluations, cycles = (
-        keep(pd.concat(each, ignore_index=True)) for each in zip(*frames, strict=True)
-    )
     first = next(iter(found.values()))
     return Benchmark(
         {
             mode: [each for each in outcomes if (each.cell.experiment, mode) in names]
             for mode, outcomes in found.items()
         },
-        runs, evaluations, cycles, keep(tables), learning_curves(first),
+        keep(runs), keep(evaluations), keep(cycles), keep(tables), learning_curves(first),
         [outcome for outcomes in found.values() for outcome in outcomes if outcome.error],
     )  # fmt: skip
 
@@ -149,6 +148,8 @@ def _tables(outcomes: Sequence[Outcome], mode: str) -> pd.DataFrame:
     for outcome in outcomes:
         if outcome.evaluation is not None:
             table = read_evaluation(outcome.evaluation).table
+            if not table.size:
+                continue
             frame = pd.DataFrame(table).add_prefix("p_")
             agent, *rest = learner_of(outcome)
             key = dict(zip(RUN, (agent, mode, *rest), strict=True))
@@ -156,16 +157,20 @@ def _tables(outcomes: Sequence[Outcome], mode: str) -> pd.DataFrame:
     return pd.concat(frames, ignore_index=True) if frames else pd.DataFrame(columns=RUN)
 
 
-def _names(tables: pd.DataFrame) -> dict[tuple[str, str], str]:
-    """The name of each agent's mode; missing where its tables repeat the other mode's."""
+def _names(tables: pd.DataFrame, evaluations: pd.DataFrame) -> dict[tuple[str, str], str]:
+    """The name of each agent's mode; missing where it repeats the other mode."""
     names = {}
-    key = ["regularization", "seed", "observation"]
-    for agent, rows in tables.groupby("agent"):
-        probabilities = action_columns(rows)
-        one, other = (rows[rows["mode"] == mode].set_index(key)[probabilities] for mode in MODES)
+    for agent in evaluations["agent"].unique():
+        rows, by_table = select(tables, agent=agent), True
+        if rows.empty:
+            rows, by_table = select(evaluations, agent=agent), False
+        place = ["observation"] if by_table else ["noise", "start"]
+        known = action_columns(rows) if by_table else ["speed", "reward"]
+        indexed = rows.set_index(["regularization", "seed", *place])
+        one, other = (indexed[indexed["mode"] == mode][known] for mode in MODES)
         one, other = one.align(other, join="inner", axis=0)  # a run may have failed in one mode
         if len(one) and np.array_equal(one, other):
-            sure = bool((one.max(axis=1) == 1).all())
+            sure = not by_table or bool((one.max(axis=1) == 1).all())
             names[str(agent), MODES[0]] = MODES[0] if sure else MODES[1]
         else:
             names.update({(str(agent), mode): mode for mode in MODES})
@@ -186,21 +191,33 @@ def learning_curves(outcomes: Sequence[Outcome]) -> pd.DataFrame:
         learning = pd.read_csv(outcome.folder / "learning.csv", dtype={"policy": str}).sort_values(
             "decisions"
         )
-        decisions = learning["decisions"].to_numpy(float)
-        windows = min(WINDOWS, len(decisions) - 1)
-        if windows < FEWEST_WINDOWS:  # an agent that hardly ever calls back while it learns
-            continue
-        ends = np.linspace(0, decisions[-1], windows + 1)
-        time, distance, updates = (
-            np.interp(ends, decisions, learning[column].to_numpy(float))
-            for column in ("time", "distance", "gradient_updates")
-        )
-        elapsed = np.diff(time)
-        agent, regularization, seed = learner_of(outcome)
-        curves.append(pd.DataFrame({
-            "agent": agent, "regularization": regularization, "seed": seed,
-            "decisions": ends[1:], "gradient_updates": updates[1:],
-            "speed": np.diff(distance) / np.where(elapsed > 0, elapsed, np.nan),
-            "policy": learning["policy"].to_numpy()[np.searchsorted(decisions, ends[1:], side="right") - 1],
-        }))  # fmt: skip
+        if (curve := windows(dict(zip(LEARNER, learner_of(outcome), strict=True)), learning)) is not None:
+            curves.append(curve)
     return pd.concat(curves, ignore_index=True) if curves else pd.DataFrame(columns=CURVE)
+
+
+def windows(learner: dict[str, Any], learning: pd.DataFrame) -> pd.DataFrame | None:
+    """A learning curve in windows of equally many decisions.
+
+    Args:
+        learner: by the names of LEARNER.
+        learning: rows in the order of their decisions, with gradient_updates, time, distance and policy.
+
+    Returns:
+        One row per window; None of a run that hardly ever called back while it learned.
+    """
+    decisions = learning["decisions"].to_numpy(float)
+    count = min(WINDOWS, len(decisions) - 1)
+    if count < FEWEST_WINDOWS:
+        return None
+    ends = np.linspace(0, decisions[-1], count + 1)
+    time, distance, updates = (
+        np.interp(ends, decisions, learning[column].to_numpy(float))
+        for column in ("time", "distance", "gradient_updates")
+    )
+    elapsed = np.diff(time)
+    return pd.DataFrame(learner | {
+        "decisions": ends[1:], "gradient_updates": updates[1:],
+        "speed": np.diff(distance) / np.where(elapsed > 0, elapsed, np.nan),
+        "policy": learning["policy"].to_numpy()[np.searchsorted(decisions, ends[1:], side="right") - 1],
+    })  # fmt: skip

@@ -28,11 +28,15 @@ class Hasher:
     entries: dict[str, Experiment]
 
     def __call__(self, agent: str, mode: str, regularization: float, metric: str) -> str:
-        """Hash of a table cell."""
+        """Hash of a table cell; empty of what was not run from an entry."""
+        if agent not in self.entries:
+            return ""
         return cell_hash(agent, self._run(agent, regularization), mode, self.entries[agent].seeds, metric)
 
     def of_run(self, agent: str, mode: str, regularization: float, seed: int) -> str:
-        """Hash of a single run."""
+        """Hash of a single run; empty of what was not run from an entry."""
+        if agent not in self.entries:
+            return ""
         return cell_hash(agent, self._run(agent, regularization), mode, [seed], WHOLE_RUN)
 
     def _run(self, agent: str, regularization: float) -> RunConfig:

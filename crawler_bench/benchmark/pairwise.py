@@ -1,4 +1,4 @@
-"""Agents compared in pairs, over paired seeds."""
+"""Agents compared in pairs, over paired seeds, by families: a pair that answers no question is not tested."""
 
 import math
 from collections.abc import Iterator
@@ -10,27 +10,38 @@ import pandas as pd
 from statsmodels.stats.multitest import multipletests
 
 from crawler_bench.benchmark.curves import noise_curves
+from crawler_bench.benchmark.families import family, traits_of
 from crawler_bench.benchmark.keys import GROUP, Group
 from crawler_bench.benchmark.summary import measure_runs, metric
 from crawler_bench.statistics import estimates
 from crawler_bench.statistics.estimates import Array, Estimate
-from crawler_bench.statistics.significance import ALPHA, permutation_p, seeds_needed
+from crawler_bench.statistics.significance import ALPHA, permutation_p, seeds_needed, seeds_to_decide
 
 COMPARED = ("speed", "reward", "noise_area", "cycle_duration")
 OWN = ("reward",)  # means something else at each regularization: not compared between two
 SIDES = ("first", "second")
-FAMILY = ["metric", "first_regularization", "second_regularization"]  # tests that are corrected together
+SAMPLES = "_samples"  # of a pair, until the number of tests is known
+FAMILY = [
+    "family",
+    "metric",
+    "first_regularization",
+    "second_regularization",
+]  # tests that are corrected together
 
 
-def compare(runs: pd.DataFrame, evaluations: pd.DataFrame) -> pd.DataFrame:
+def compare(
+    runs: pd.DataFrame, evaluations: pd.DataFrame, traits: pd.DataFrame | None = None
+) -> pd.DataFrame:
     """Compare agents at the same regularization, and each agent with itself at another.
 
     Args:
         runs: one row per run and mode.
         evaluations: one row per run, mode, noise and start.
+        traits: of `entries.traits`, which decides who is compared with whom; without it all are with all.
 
     Returns:
         One row per pair and metric:
+        family: the question that the pair answers, of `families.QUESTIONS`;
         first_agent, first_mode, first_regularization and the same of the second;
         metric: of COMPARED; between regularizations, without OWN;
         difference, low, high: interquartile mean of first - second over the seeds that both have, with its
@@ -41,22 +52,27 @@ def compare(runs: pd.DataFrame, evaluations: pd.DataFrame) -> pd.DataFrame:
         NaN unless all values of the second are above 0;
         improvement, improvement_low, improvement_high: probability that a run of the first has the larger
         value (of a cycle duration the longer, not the better one), see `estimates.improvement`;
-        p, p_holm, p_fdr: two-sided paired permutation test, exact up to 13 seeds; Holm's correction over all
-        pairs of the metric and regularization (the pairs of regularizations are a family of their own), and
-        Benjamini and Hochberg's, because 10 seeds cannot bring Holm's below 0.05 in more than 25 pairs. They
-        assume independent runs, which the seeds of an agent that neither learns nor draws are not; crossover,
-        crossover_low, crossover_high (on the rows of noise_area): amplitude s at which the agent that is
-        slower at s = 0 overtakes, NaN where it does not;
+        tests: how many pairs its family has at this metric and regularization;
+        p, p_holm, p_fdr: two-sided paired permutation test, exact up to 13 seeds; Holm's correction over
+        these tests, and Benjamini and Hochberg's. They assume independent runs, which the seeds of an agent
+        that neither learns nor draws are not;
+        crossover, crossover_low, crossover_high (on the rows of noise_area): amplitude s at which the agent
+        that is slower at s = 0 overtakes, NaN where it does not;
         crossover_share: share of resamples of the runs in which it does;
         overtakes: "first" or "second", empty where neither does;
-        seeds_needed: see `seeds_needed`.
+        seeds_needed: see `seeds_needed`;
+        seeds_to_decide: see `seeds_to_decide`, over these tests.
     """
     measured = measure_runs(runs, evaluations)
     groups = _by_group(measured.set_index("seed"))
     curves = _by_group(noise_curves(evaluations).reset_index(GROUP))
+    known = traits_of(traits)
+    counts = {agent: len({key[1] for key in groups if key[0] == agent}) for agent, _, _ in groups}
     rows = []
     for first, second in _pairs(list(groups)):
-        key = {
+        if (question := family(first, second, known, counts)) is None:
+            continue
+        key = {"family": question} | {
             f"{side}_{name}": value
             for side, group in zip(SIDES, (first, second), strict=True)
             for name, value in zip(GROUP, group, strict=True)
@@ -94,7 +110,7 @@ def _compare(first: Array, second: Array) -> dict[str, object]:
         "difference": difference.value, "low": difference.low, "high": difference.high, "n": difference.n,
         "degenerate": difference.n > 0 and difference.degenerate,
         **_columns("relative", relative), **_columns("improvement", estimates.improvement(a, b)),
-        "p": permutation_p(a, b), "seeds_needed": seeds_needed(a, b),
+        "p": permutation_p(a, b), "seeds_needed": seeds_needed(a, b), SAMPLES: (a, b),
     }  # fmt: skip
 
 
@@ -118,7 +134,13 @@ def _cross(first: pd.DataFrame, second: pd.DataFrame) -> dict[str, object]:
 
 
 def _correct(pairs: pd.DataFrame) -> pd.DataFrame:
-    """Add the corrected p, right after p."""
+    """Add the corrected p, right after p; the number of tests; and the seeds that these would need."""
+    tests = pairs["p"].notna().groupby([pairs[name] for name in FAMILY]).transform("sum").astype(int)
+    pairs.insert(pairs.columns.tolist().index("p"), "tests", tests)
+    pairs["seeds_to_decide"] = [
+        seeds_to_decide(first, second, number)
+        for (first, second), number in zip(pairs.pop(SAMPLES), tests, strict=True)
+    ]
     for name, method in (("p_fdr", "fdr_bh"), ("p_holm", "holm")):
         corrected = pd.Series(math.nan, index=pairs.index)
         for _, rows in pairs[pairs["p"].notna()].groupby(FAMILY):

@@ -63,7 +63,9 @@ def reproduce(
         for old, new in ((runs, new_runs), (evaluations, new_evaluations), (curves, new_curves))
     )
 
-    again = rounded(summarize_benchmark(runs, evaluations, curves, lambda *_: ""))
+    path = folder / "ceilings.csv"
+    ceilings = read_csv(path) if path.is_file() else None
+    again = rounded(summarize_benchmark(runs, evaluations, curves, lambda *_: "", ceilings))
     cell = select(again, **key, metric=row["metric"]).iloc[0]
     before, low, high = (float(row[name]) for name in ("value", "low", "high"))
     now = float(cell["value"])
@@ -87,7 +89,7 @@ def _read(path: Path) -> pd.DataFrame:
 def _find(hash_: str, summary: pd.DataFrame, runs: pd.DataFrame) -> tuple["pd.Series[Any]", bool]:
     """The row with a hash, and whether it is a run's."""
     for frame, of_run in ((summary, False), (runs, True)):
-        found = frame[frame["hash"].str.startswith(hash_.removeprefix("#"))]
+        found = frame[frame["hash"].fillna("").str.startswith(hash_.removeprefix("#"))]
         if len(found) > 1:
             raise ConfigError(f"{len(found)} cells have a hash that begins with {hash_}: write it in full")
         if len(found) == 1:

@@ -11,11 +11,15 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 from crawler_bench.benchmark.benchmark import Benchmark, learner_of
+from crawler_bench.benchmark.ceilings.ceilings import COLUMNS
 from crawler_bench.benchmark.cell_hash import Hasher
-from crawler_bench.benchmark.figures import curves, policies, scores
+from crawler_bench.benchmark.entries import traits
+from crawler_bench.benchmark.figures import curves, keyholes, policies, scores
+from crawler_bench.benchmark.keyholes import keyhole_worth, profiles
 from crawler_bench.benchmark.keys import GROUP, LEARNER, RUN, Group, action_columns, select
 from crawler_bench.benchmark.pairwise import compare
-from crawler_bench.benchmark.summary import summarize_benchmark
+from crawler_bench.benchmark.recorded import Recorded
+from crawler_bench.benchmark.summary import measure_runs, summarize_benchmark
 from crawler_bench.benchmark.tables import cost_sentence, write_tables
 from crawler_bench.benchmark.temperature import speed_against_temperature
 from crawler_bench.benchmark.traps import absorptions, escapes, stuck_observations, traps
@@ -36,7 +40,13 @@ EVALUATED = [*RUN, "noise", "start", "speed", "reward", "stalled"]  # columns of
 
 
 def write_benchmark(
-    found: Benchmark, entries: Sequence[Experiment], folder: Path, *, say: Callable[[str], None]
+    found: Benchmark,
+    entries: Sequence[Experiment],
+    folder: Path,
+    *,
+    say: Callable[[str], None],
+    ceilings: pd.DataFrame | None = None,
+    others: Sequence[Recorded] = (),
 ) -> str:
     """Write everything, all or nothing.
 
@@ -45,6 +55,8 @@ def write_benchmark(
         entries: what was run.
         folder: where to write; replaced.
         say: called with each step in words.
+        ceilings: of `ceilings.find_ceilings`; without them nothing is measured against a ceiling.
+        others: recorded runs, which `found` holds already.
 
     Returns:
         One sentence: what all runs cost.
@@ -54,7 +66,8 @@ def write_benchmark(
         hasher = Hasher({entry.name: entry for entry in entries})
         say("measuring traps, and speed against the temperature of a policy")
         explained, shares = _explain(found, entries)
-        frames = _frames(found, hasher) | explained
+        known = pd.DataFrame(columns=COLUMNS) if ceilings is None else rounded(ceilings)
+        frames = _frames(found, hasher, traits(entries, others), known) | explained
         for name, frame in frames.items():
             write_csv(frame, draft / f"{name}.csv")
         (draft / "tables").mkdir()
@@ -63,7 +76,7 @@ def write_benchmark(
         shown = _representatives(found)
         _write_policies(found, shown, draft / "policies")
         say("drawing the figures")
-        for name, figure in _figures(found, explained, shares, shown).items():
+        for name, figure in _figures(found, frames, shares, shown).items():
             style.save(figure, draft, name)
         cost = _cost(found)
         store.write_command(draft)
@@ -79,7 +92,9 @@ def overview(folder: Path) -> pd.DataFrame:
     return wide.merge(select(chosen, metric="speed")[[*GROUP, "n"]], on=GROUP)
 
 
-def _frames(found: Benchmark, hasher: Hasher) -> dict[str, pd.DataFrame]:
+def _frames(
+    found: Benchmark, hasher: Hasher, entries: pd.DataFrame, ceilings: pd.DataFrame
+) -> dict[str, pd.DataFrame]:
     runs = found.runs.assign(
         hash=[hasher.of_run(*row) for row in found.runs[RUN].itertuples(index=False, name=None)]
     )
@@ -93,9 +108,12 @@ def _frames(found: Benchmark, hasher: Hasher) -> dict[str, pd.DataFrame]:
         "cycles": found.cycles,
         "policy_tables": found.tables,
         "curves": curves,
-        "summary": summarize_benchmark(runs, evaluations, curves, hasher),
-        "pairs": compare(runs, evaluations),
+        "summary": summarize_benchmark(runs, evaluations, curves, hasher, ceilings),
+        "pairs": compare(runs, evaluations, entries),
+        "profiles": profiles(measure_runs(runs, evaluations, curves, ceilings)),
+        "ceilings": ceilings,
     }
+    frames["keyholes"] = keyhole_worth(frames["summary"], entries)
     if found.failures:
         failed = [(*learner_of(each), each.error, each.log) for each in found.failures]
         frames["failures"] = pd.DataFrame(failed, columns=[*LEARNER, "error", "log"])
@@ -122,7 +140,8 @@ def _representatives(found: Benchmark) -> dict[Group, Outcome]:
             if (each.cell.experiment, each.cell.config.environment.regularization) == (agent, regularization)
             and _is_mode(found, agent, mode, each)
         ]
-        shown[agent, mode, regularization] = typical_run(rows, candidates)
+        if candidates:  # a recorded run has no agent to show
+            shown[agent, mode, regularization] = typical_run(rows, candidates)
     return shown
 
 
@@ -143,6 +162,8 @@ def _write_policies(found: Benchmark, shown: dict[Group, Outcome], folder: Path)
         written.add((agent, regularization))
         seed = outcome.cell.seed
         rows = select(found.tables, agent=agent, regularization=regularization, seed=seed)
+        if rows.empty:  # no table: its archive alone would not say in which keyhole, or with what memory
+            continue
         rows = rows.sort_values("observation")
         by_mode = {str(mode): part[probabilities].to_numpy(float) for mode, part in rows.groupby("mode")}
         policy = Policy(outcome.cell.config, seed, by_mode)
@@ -172,7 +193,7 @@ def _explain(found: Benchmark, entries: Sequence[Experiment]) -> tuple[dict[str,
 
 
 def _figures(
-    found: Benchmark, explained: dict[str, pd.DataFrame], shares: Array, shown: dict[Group, Outcome]
+    found: Benchmark, frames: dict[str, pd.DataFrame], shares: Array, shown: dict[Group, Outcome]
 ) -> dict[str, Figure]:
     """All figures by file name."""
     gaits: dict[str, Record] = {}
@@ -187,8 +208,10 @@ def _figures(
         "learning_curves": curves.learning_curves(found.curves, found.runs, agents),
         "policies": policies.policy_matrices(found.tables, found.runs),
         "gaits": policies.gaits(gaits),
-        "softening": curves.softening(explained["softening"], explained["stuck"], agents),
+        "softening": curves.softening(frames["softening"], frames["stuck"], agents),
         "traps": policies.trap_matrix(shares),
+        "keyholes": keyholes.worth(frames["keyholes"], frames["ceilings"]),
+        "profiles": keyholes.profiles(frames["profiles"], agents),
     }
 
 

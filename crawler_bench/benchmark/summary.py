@@ -71,6 +71,10 @@ METRICS = (
     _column("speed_learning", "speed while learning, last tenth", "L/tau", "speed_learning_end"),
     _column("reward", "reward per decision", "L"),
     _column("regret", "regret to the best agent's reward", "L"),
+    _column("regret_table", "regret to the best table", "L"),
+    _column("regret_stochastic", "regret to the best stochastic table", "L"),
+    _column("regret_state", "regret to the best policy on the whole state", "L"),
+    _column("score", "score: random 0, best table 1"),
     _column("stall_share", "starts that stall", statistic=Statistic.MEAN),
     _column("cycle_duration", "cycle duration", "tau"),
     _column("cycles", "cycles per run, all starts"),
@@ -86,6 +90,7 @@ METRICS = (
            lambda runs: runs["off_diagonal"] == 0),
     _column("noise_area", "speed averaged over noise", "L/tau"),
     _column("decisions_to_final", "decisions to 90 % of the final speed"),
+    _column("decisions", "decisions learned from"),
     _column("gradient_updates", "gradient updates"),
 )  # fmt: skip
 
@@ -103,7 +108,10 @@ def metric(name: str) -> Metric:
 
 
 def measure_runs(
-    runs: pd.DataFrame, evaluations: pd.DataFrame, curves: pd.DataFrame | None = None
+    runs: pd.DataFrame,
+    evaluations: pd.DataFrame,
+    curves: pd.DataFrame | None = None,
+    ceilings: pd.DataFrame | None = None,
 ) -> pd.DataFrame:
     """Add to the runs what follows from their noise curves, their learning curves and the other agents.
 
@@ -111,11 +119,14 @@ def measure_runs(
         runs: one row per run and mode.
         evaluations: one row per run, mode, noise and start.
         curves: one row per learning run and window; without them `decisions_to_final` is NaN.
+        ceilings: of `ceilings.find_ceilings`; without them what is measured against them is NaN.
 
     Returns:
         The runs with the columns noise_area and speed_noise_*, both L / tau_theta; decisions_to_final; and
         regret, L: the highest interquartile mean reward of any agent and mode at the same regularization,
-        minus the run's. The interval of a regret leaves out the uncertainty of that best.
+        minus the run's. The interval of a regret leaves out the uncertainty of that best. Then regret_table,
+        regret_stochastic and regret_state, L, against the ceilings without noise; and score, the run's reward
+        where that of random action is 0 and that of the best deterministic table is 1.
     """
     noisy = noise_curves(evaluations)
     area = noise_area(noisy).rename("noise_area")
@@ -133,11 +144,33 @@ def measure_runs(
     )  # fmt: skip
     best = rewards.groupby("regularization").max()
     regret = measured["regularization"].map(best) - measured["reward"]
-    return measured.assign(regret=regret.round(DIGITS))
+    return measured.assign(regret=regret.round(DIGITS), **_against_ceilings(measured, ceilings))
+
+
+def _against_ceilings(measured: pd.DataFrame, ceilings: pd.DataFrame | None) -> dict[str, pd.Series]:
+    """Regrets and score of every run; NaN where a ceiling is not known."""
+    quiet = pd.DataFrame() if ceilings is None or ceilings.empty else ceilings[ceilings["noise"] == 0]
+
+    def reward_of(kind: str) -> pd.Series:
+        if quiet.empty:
+            return pd.Series(float("nan"), index=measured.index)
+        known = quiet[quiet["kind"] == kind].set_index("regularization")["reward"]
+        return measured["regularization"].map(known).astype(float)
+
+    table, random = reward_of("table"), reward_of("random")
+    regrets = {
+        f"regret_{name}": (reward_of(kind) - measured["reward"]).round(DIGITS)
+        for name, kind in (("table", "table"), ("stochastic", "stochastic table"), ("state", "state"))
+    }
+    return regrets | {"score": (measured["reward"] - random) / (table - random)}
 
 
 def summarize_benchmark(
-    runs: pd.DataFrame, evaluations: pd.DataFrame, curves: pd.DataFrame, identify: Identify
+    runs: pd.DataFrame,
+    evaluations: pd.DataFrame,
+    curves: pd.DataFrame,
+    identify: Identify,
+    ceilings: pd.DataFrame | None = None,
 ) -> pd.DataFrame:
     """Every metric of every agent, mode and regularization over its runs.
 
@@ -146,13 +179,14 @@ def summarize_benchmark(
         evaluations: one row per run, mode, noise and start.
         curves: one row per learning run and window.
         identify: (agent, mode, regularization, metric) -> hash of the cell.
+        ceilings: of `ceilings.find_ceilings`.
 
     Returns:
         One row per table cell: agent, mode, regularization, metric, value, low, high, n, hash. Where all runs
         agree low = high = value; where none is known all are NaN and n is 0. Agents in the order of `runs`.
     """
     metrics = (*METRICS, *map(noise_metric, sorted(evaluations["noise"].unique())))
-    groups: Any = measure_runs(runs, evaluations, curves).groupby(GROUP, sort=False)
+    groups: Any = measure_runs(runs, evaluations, curves, ceilings).groupby(GROUP, sort=False)
     rows = [
         (agent, mode, level, each.name, *astuple(each.statistic.of(each.of(of_group))),
          identify(agent, mode, level, each.name))

@@ -10,6 +10,9 @@ from typing import Any
 
 import pandas as pd
 
+from crawler_bench.benchmark.ceilings.table import ceilings_table
+from crawler_bench.benchmark.families import QUESTIONS, REGULARIZATION
+from crawler_bench.benchmark.keyholes import worth_table
 from crawler_bench.benchmark.keys import select
 from crawler_bench.benchmark.summary import metric
 from crawler_bench.output.cells import format_cell, format_interval, format_number, markdown
@@ -18,16 +21,23 @@ from crawler_bench.output.latex import latex
 from crawler_bench.statistics.estimates import RESAMPLES
 
 COMPARISON = (
-    "speed", "cycle_duration", "noise_area", "stall_share", "off_diagonal", "decisions_to_final",
-    "gradient_updates",
+    "speed", "score", "regret_table", "regret_stochastic", "regret_state", "cycle_duration", "noise_area",
+    "stall_share", "off_diagonal", "decisions", "decisions_to_final", "gradient_updates",
+)  # fmt: skip
+COMPACT = (
+    "speed", "cycle_duration", "score", "regret_state", "noise_area", "stall_share", "off_diagonal",
+    "decisions_to_final", "gradient_updates",
 )  # fmt: skip
 KEY = ["regularization", "agent", "mode"]
 NOISE = "speed_noise_"
 SIGNIFICANT = 0.05
 CELL = r"Interquartile mean (of a share the mean) [95~\% interval] (number of independent runs)"
 LEGEND = (
-    "Probability that a run of the row's agent earns more reward than one of the column's, a tie counting "
-    "half; `**` where Holm's p is below 0.05, `*` where only Benjamini and Hochberg's is. "
+    "Only pairs that answer a question are tested: "
+    + "; ".join(QUESTIONS.values())
+    + ". Holm corrects within a question. A cell is the probability that a run of the row's agent earns more "
+    "reward than one of the column's, a tie counting half; `**` where Holm's p is below 0.05, `*` where only "
+    "Benjamini and Hochberg's is. "
 )
 MANY = 1000  # seeds; beyond, the number itself does not matter
 
@@ -67,16 +77,18 @@ def pairs_table(pairs: pd.DataFrame) -> pd.DataFrame:
         improvement = (row["improvement"], row["improvement_low"], row["improvement_high"])
         crossing = (row["crossover"], row["crossover_low"], row["crossover_high"])
         rows.append({
+            "question": row["family"],
             "metric": metric(row["metric"]).heading,
             "first": _side(row, "first"),
             "second": _side(row, "second"),
             "first minus second": format_cell(row["difference"], row["low"], row["high"], row["n"]),
             "P(first > second)": _bare(*improvement).removesuffix(" [no spread]"),
             "p": format_number(row["p"]),
-            "p, Holm": format_number(row["p_holm"]),
+            "p, Holm": f"{format_number(row['p_holm'])} ({row['tests']})",
             "p, FDR": format_number(row["p_fdr"]),
             "curves cross at s": _bare(*crossing) + _winner(row["overtakes"]),
             "seeds for 10 %": _seeds(row["seeds_needed"], row["degenerate"]),
+            "seeds to pass Holm": _seeds(row["seeds_to_decide"], False),
         })  # fmt: skip
     return pd.DataFrame(rows)
 
@@ -108,16 +120,21 @@ def learned(runs: pd.DataFrame) -> pd.DataFrame:
         runs: one row per run and mode, with `policy` as `metrics.policy_text` gives it.
 
     Returns:
-        One row per agent, mode and regularization; of equally frequent policies the first by name.
+        One row per agent, mode and regularization; of equally frequent policies the first by name. Policies
+        that are no table have no row.
     """
     rows = []
-    for (regularization, agent, mode), found in runs.groupby(KEY, sort=False)["policy"]:
+    for (regularization, agent, mode), found in runs.dropna(subset="policy").groupby(KEY, sort=False)[
+        "policy"
+    ]:
         counts = found.value_counts().sort_index().sort_values(ascending=False, kind="stable")
         rows.append({
             "regularization": f"{regularization:g}", "agent": agent, "mode": mode,
             "most common policy": f"`{counts.index[0]}`", "runs": f"{counts.iloc[0]} of {len(found)}",
             "share": format_number(counts.iloc[0] / len(found)), "different policies": str(len(counts)),
         })  # fmt: skip
+    if not rows:
+        return pd.DataFrame(columns=["regularization"])
     return pd.DataFrame(rows).sort_values("regularization", kind="stable", ignore_index=True)
 
 
@@ -136,6 +153,8 @@ def write_tables(summary: pd.DataFrame, pairs: pd.DataFrame, runs: pd.DataFrame,
         "noise": (noise(summary), f"Speed under noise of amplitude s. {CELL}."),
         "pairs": (pairs_table(pairs), f"Agents in pairs, over paired seeds. {CELL}."),
     }
+    if pairs.empty:  # nobody asks anything of these agents
+        del tables["pairs"]
     for name, (frame, caption) in tables.items():
         (folder / f"{name}.md").write_text(markdown(frame) + "\n")
         frame.to_csv(folder / f"{name}.csv", index=False)
@@ -150,7 +169,7 @@ def compact(summary: pd.DataFrame) -> pd.DataFrame:
         of = found.set_index("metric").to_dict("index")
         n = of["speed"]["n"]
         row = {"regularization": f"{regularization:g}", "agent": agent, "mode": mode, "n": str(n)}
-        for name in COMPARISON:
+        for name in (each for each in COMPACT if each in of):
             each = of[name]
             text = format_number(each["value"])
             if name == "speed":
@@ -186,7 +205,7 @@ def matrix(pairs: pd.DataFrame, regularization: float, name: str = "reward") -> 
 def floor(pairs: pd.DataFrame) -> str:
     """One sentence: the least p that this number of seeds and pairs allows."""
     tested = pairs[(pairs["metric"] == "reward") & pairs["p"].notna()]
-    seeds, count = int(tested["n"].max()), int(tested["first_regularization"].value_counts().max())
+    seeds, count = int(tested["n"].max()), int(tested["tests"].max())
     least = max(2.0 ** (1 - seeds), 1 / (RESAMPLES + 1))  # over all signs, or over those drawn
     return (
         f"With {seeds} paired seeds p is at least {format_number(least)}, "
@@ -196,13 +215,13 @@ def floor(pairs: pd.DataFrame) -> str:
 
 def against_itself(pairs: pd.DataFrame) -> pd.DataFrame:
     """Each agent without regularization against itself with it: speed, and where the noise curves cross."""
-    own = pairs[pairs["first_regularization"] != pairs["second_regularization"]]
+    own = pairs[pairs["family"] == REGULARIZATION]
     table = pairs_table(own)
     excess = [
         _bare(100 * row["relative"], 100 * row["relative_low"], 100 * row["relative_high"])
         for row in own.to_dict("records")
     ]
-    table.insert(4, "excess (%)", excess)
+    table.insert(list(table.columns).index("first minus second") + 1, "excess (%)", excess)
     return table[own["metric"].isin(["speed", "noise_area"]).to_numpy()]
 
 
@@ -226,6 +245,17 @@ def cost_sentence(cost: dict[str, dict[str, float]]) -> str:
     )
 
 
+def _with_families(pairs: pd.DataFrame) -> pd.DataFrame:
+    """Pairs as they are written today; files from before there were families have one."""
+    if "family" in pairs:
+        return pairs
+    own = pairs["first_regularization"] != pairs["second_regularization"]
+    tests = pairs.groupby(["metric", "first_regularization", "second_regularization"])["n"].transform("size")
+    return pairs.assign(
+        family=own.map({True: REGULARIZATION, False: "all"}), tests=tests, seeds_to_decide=float("nan")
+    )
+
+
 def blocks(folder: Path) -> dict[str, Callable[[], str]]:
     """Every generated block about the benchmark by name.
 
@@ -246,7 +276,7 @@ def blocks(folder: Path) -> dict[str, Callable[[], str]]:
         return read_csv(find(f"{name}.csv"))
 
     def pairs() -> str:
-        found = read("pairs")
+        found = _with_families(read("pairs"))
         levels = sorted({*found["first_regularization"], *found["second_regularization"]})
         frames = [*(matrix(found, level) for level in levels), against_itself(found)]
         return "\n\n".join([LEGEND + floor(found), *(markdown(frame) for frame in frames if len(frame))])
@@ -260,5 +290,7 @@ def blocks(folder: Path) -> dict[str, Callable[[], str]]:
         "benchmark time": lambda: cost_sentence(cost()),
         "benchmark": lambda: markdown(compact(read("summary"))),
         "benchmark pairs": pairs,
+        "benchmark keyholes": lambda: markdown(worth_table(read("keyholes"))),
+        "benchmark ceilings": lambda: markdown(ceilings_table(read("ceilings"))),
         "agents learned": lambda: markdown(learned(read("runs"))),
     }

@@ -6,6 +6,7 @@ from typing import Annotated
 import typer
 
 from crawler_bench.cli import benchmark, installation, paper, readings, report, runs, train, verify
+from crawler_bench.cli import watch as watching
 from crawler_bench.cli.errors import exit_code
 from crawler_bench.cli.options import find_modules_here
 from crawler_bench.cli.signals import ended_by_signals
@@ -19,6 +20,8 @@ app = typer.Typer(
 for command in (paper.reproduce, readings.readings, train.train, runs.evaluate, runs.render, benchmark.tune):
     app.command()(command)
 app.command()(benchmark.benchmark)
+app.command()(benchmark.certify)
+app.command()(watching.watch)
 app.command("reproduce-cell")(benchmark.reproduce_cell)
 app.command()(report.report)
 app.command()(verify.verify)

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from crawler_bench.config.schema import Experiment
 
 RESULTS = Path("results/benchmark")
-SIDE_BY_SIDE = 8  # crawlers that an added agent of Stable-Baselines3 learns from
+SIDE_BY_SIDE = 8  # crawlers that an added on-policy agent of Stable-Baselines3 learns from
 
 
 def benchmark(
@@ -56,6 +56,12 @@ def benchmark(
         ),
     ] = None,
     runs: Runs = RUNS,
+    ceilings: Annotated[
+        bool | None,
+        typer.Option(
+            help="Search for the best policies, too. Default: unless an option changes what is compared."
+        ),
+    ] = None,
     jobs: Jobs = 0,
     on: On = "",
     shard: ShardOption = None,
@@ -64,7 +70,8 @@ def benchmark(
 ) -> None:
     """Train and compare agents: speed, cycle duration, robustness to noise; tables and figures.
 
-    Interrupted, the same command goes on from the runs that were finished.
+    Interrupted, the same command goes on from the runs that were finished. With --runs FOLDER, what
+    `crawler_bench.record` and Stable-Baselines3's Monitor left in that folder stands in the tables, too.
     """
     _require_names(only or [], agent or [])
     is_changed = seeds is not None or set_ or agent or only
@@ -73,7 +80,10 @@ def benchmark(
     require_ours(folder, "benchmark", "summary.csv")
     with starting(f"comparing agents, results in {folder}", quiet):
         from crawler_bench.benchmark.benchmark import all_in_mode, run_benchmark
+        from crawler_bench.benchmark.ceilings.ceilings import FULL, SMOKE, find_ceilings
         from crawler_bench.benchmark.keys import MODES
+        from crawler_bench.benchmark.recorded import find as find_recorded
+        from crawler_bench.benchmark.recorded import unknown, with_recorded
         from crawler_bench.benchmark.results import overview, write_benchmark
         from crawler_bench.runs.machines.engines import Workers
         from crawler_bench.runs.sweep import cells_of
@@ -83,12 +93,42 @@ def benchmark(
     if shard:
         cells = cells_of(each for mode in MODES for each in all_in_mode(entries, mode))
         return run_part(cells, shard, runs, workers, quiet)
+    known = None
+    if (not is_changed) if ceilings is None else ceilings:
+        effort = SMOKE if preset is Preset.smoke else FULL
+        levels = sorted({run.environment.regularization for entry in entries for run, _ in entry.runs()})
+        known = find_ceilings(entries[0].run, levels, runs, effort, jobs=workers.processes, say=logger(quiet))
     found = run_benchmark(entries, runs, jobs=workers, quiet=quiet)
-    facts = write_benchmark(found, entries, folder, say=logger(quiet))
+    others = find_recorded(runs, entries[0].run) if runs != RUNS else []
+    for missing in filter(None, map(unknown, others)):
+        logger(quiet)(missing)
+    found = with_recorded(found, others, entries[0].run)
+    facts = write_benchmark(found, entries, folder, say=logger(quiet), ceilings=known, others=others)
     print_frame(overview(folder))
     console.print(facts, soft_wrap=True)
     written = f"{folder}: tables, figures, runs.csv, policies"
     conclude(written, preset is Preset.smoke, [each.error for each in found.failures])
+
+
+def certify(
+    results: Annotated[Path, typer.Option(help="Folder that `benchmark` wrote.")] = RESULTS,
+    jobs: Jobs = 0,
+) -> None:
+    """Certify again that no change of one or two entries improves the best known tables."""
+    entries = sorted((results / "entries").glob("*.yaml"))
+    if not entries or not (results / "ceilings.csv").is_file():
+        raise ValueError(
+            f"{results} holds no ceilings.csv with entries; `crawler-bench benchmark` writes both"
+        )
+    with starting(f"certifying the best tables of {results}, several minutes"):
+        from crawler_bench.benchmark.ceilings.ceilings import certificates
+        from crawler_bench.config.files import load_experiment
+        from crawler_bench.output.csv_files import read_csv
+    made = certificates(read_csv(results / "ceilings.csv"), load_experiment(entries[0]).run, jobs=jobs)
+    print_frame(made)
+    if not made["holds"].all():
+        raise RuntimeError(f"{(~made['holds']).sum()} of {len(made)} tables can be improved")
+    console.print(f"{len(made)} tables: no change of one or two entries improves any of them")
 
 
 def reproduce_cell(
@@ -121,8 +161,8 @@ def tune(
     out: Annotated[
         Path | None,
         typer.Option(
-            help="Folder for the trials (CSV) and the best settings (YAML); default results/tuning, with "
-            "another preset or --set results/tuning-smoke or -changed."
+            help="Folder for the trials (CSV) and the entry that was found (YAML); default results/tuning, "
+            "with another preset or --set results/tuning-smoke or -changed."
         ),
     ] = None,
     runs: Runs = RUNS,
@@ -133,7 +173,6 @@ def tune(
 ) -> None:
     """Search an agent's settings with Optuna; interrupted, the same command goes on."""
     from crawler_bench.config.files import find_config, load_tuning
-    from crawler_bench.config.schema import to_yaml
     from crawler_bench.runs.untrusted import agents_of, require_trust
 
     path = find_config(f"tuning/{agent}" if agent in names.searches() else agent)
@@ -144,14 +183,17 @@ def tune(
     out = out or Path(f"results/tuning{changed}")
     require_folder(out)
     with starting(f"tuning {tuning.run.agent} in {tuning.trials} trials, results in {out}", quiet):
+        from crawler_bench.benchmark.entries import tuned_entry
         from crawler_bench.output.csv_files import write_csv
         from crawler_bench.runs.machines.engines import Workers
         from crawler_bench.runs.tuning import tune as search
-    best, trials = search(tuning, runs, jobs=Workers(jobs, on), quiet=quiet, say=logger(quiet))
+    best, trials, importance = search(tuning, runs, jobs=Workers(jobs, on), quiet=quiet, say=logger(quiet))
     out.mkdir(parents=True, exist_ok=True)
     write_csv(trials, out / f"{tuning.name}.csv")
-    (out / f"{tuning.name}.yaml").write_text(to_yaml(best))
-    console.print(f"{out / tuning.name}.csv, .yaml: {best.settings}", markup=False, soft_wrap=True)
+    write_csv(importance, out / f"{tuning.name}-importance.csv")
+    (out / f"{tuning.name}-tuned.yaml").write_text(tuned_entry(tuning, best))
+    print_frame(importance)
+    console.print(f"{out / tuning.name}-tuned.yaml, an entry: {best.settings}", markup=False, soft_wrap=True)
     conclude("", preset is Preset.smoke, [])
 
 
@@ -202,8 +244,9 @@ def _read(path: Path, budget: dict[str, Any], trust: bool) -> "Experiment":
 
 def _added(name: str, template: "Experiment") -> "Experiment":
     """An entry for an agent that has none: the budget of all, its own defaults."""
-    from crawler_bench.runs.agent import agent_class, is_stable_baselines
+    from crawler_bench.runs.agent import agent_class
 
-    crawlers = SIDE_BY_SIDE if is_stable_baselines(agent_class(name)) else 1
+    on_policy = any(base.__name__ == "OnPolicyAlgorithm" for base in agent_class(name).__mro__)
+    crawlers = SIDE_BY_SIDE if on_policy else 1
     run = template.run.model_copy(update={"agent": name, "settings": {}, "crawlers": crawlers})
     return template.model_copy(update={"name": name.rpartition(":")[2].lower(), "run": run})

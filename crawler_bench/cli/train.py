@@ -8,6 +8,14 @@ import typer
 
 from crawler_bench.cli import names
 from crawler_bench.cli.console import console, logger, phase, starting
+from crawler_bench.cli.long_runs import (
+    Continue,
+    EvalEvery,
+    SaveEvery,
+    Tensorboard,
+    go_on,
+    require_alone,
+)
 from crawler_bench.cli.options import (
     RUNS,
     Preset,
@@ -45,15 +53,24 @@ def train(
     seeds: Seeds = None,
     set_: Set = None,
     out: Annotated[Path, typer.Option(help="Folder that gets the run's folder.")] = RUNS,
+    save_every: SaveEvery = 0,
+    eval_every: EvalEvery = 0,
+    tensorboard: Tensorboard = None,
+    continue_: Continue = None,
     quiet: Quiet = False,
 ) -> None:
     """Train an agent, once for each seed; prints the run folders."""
+    if continue_ is not None:
+        require_alone(agent, config, seed, seeds, set_)
+        go_on(continue_, save_every, eval_every, tensorboard, quiet)
+        return
     experiment = experiment_to_train(agent, config, preset, seed, seeds, set_)
     require_folder(out)
     runs = list(experiment.runs())
     with starting(f"training {experiment.run.agent}, run folders in {out}", quiet):
         from crawler_bench.runs import store
         from crawler_bench.runs.agent import agent_class
+        from crawler_bench.runs.checkpoints import Habits, train_long
         from crawler_bench.runs.training import train as train_run
 
         agent_class(experiment.run.agent)
@@ -63,7 +80,11 @@ def train(
         name = f"training {number}/{len(runs)} (seed {each})"
         silent = quiet or store.is_run(folders[number - 1])
         with phase(name, run.decisions, "decisions", silent) as progress:
-            folder = train_run(run, each, out, progress=progress)
+            habits = Habits(save_every, eval_every, tensorboard)
+            if habits.any:
+                folder = train_long(run, each, out, habits, progress)
+            else:
+                folder = train_run(run, each, out, progress=progress)
         console.print(str(folder), markup=False, soft_wrap=True)
 
 

@@ -52,6 +52,12 @@ class EnvironmentConfig(_Model):
     noise: float = Field(0.0, ge=0, allow_inf_nan=False)  # amplitude s while learning [M20, Fig. 3C]
     episode_distance: float = Field(8.83, gt=0)  # after which an episode ends, L [chosen; "a fixed distance"]
     time_limit: float = Field(4000.0, gt=0)  # after which an episode ends, tau_theta [chosen]
+    keyhole: Literal["index", "one-hot", "strain", "state"] = "index"  # what is observed [envs/keyholes.py]
+
+    @property
+    def task(self) -> dict[str, Any]:
+        """Everything but the keyhole, as the environments take it."""
+        return {name: value for name, value in self if name != "keyhole"}
 
 
 class EvaluationConfig(_Model):

@@ -117,7 +117,7 @@ class CrawlerBatch:
         """Seed each crawler's generator as `CrawlerEnv.reset(seed=...)` does; None leaves one as it is."""
         for i, seed in enumerate(seeds):
             if seed is not None:
-                self.generators[i] = _words(np.random.PCG64(np.random.SeedSequence(seed)))
+                self.generators[i] = seed_words(np.random.PCG64(np.random.SeedSequence(seed)))
 
     def begin(self, chosen: NDArray[np.bool_] | None = None) -> None:
         """Put crawlers to rest and observe them: all, or the (K,) chosen ones."""
@@ -181,7 +181,7 @@ def _each(name: str, value: Any, num_envs: int) -> list[Any]:
     return values
 
 
-def _words(generator: np.random.PCG64) -> list[int]:
+def seed_words(generator: Any) -> list[int]:
     """The four words of a generator's state, see envs/randomness.py."""
     content = generator.state["state"]
     word = 2**64

@@ -4,7 +4,7 @@ A memoryless policy on N observations is a table of N x N action probabilities, 
 compiled loop rolls out every agent.
 """
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -42,27 +42,50 @@ def rollout(
     Raises:
         ValueError: if the table has another shape.
     """
-    seeds = np.random.SeedSequence(start)
-    generators = [np.random.default_rng(seed) for seed in seeds.spawn(2)]
-    generators.append(np.random.default_rng([policy_seed, *start]))
-    start_rng, noise_rng, policy_rng = (live_state(generator) for generator in generators)
     n = parameters.n_segments
     if table.shape != (n, n):
         raise ValueError(f"a table of {n} x {n} probabilities is needed, not of the shape {table.shape}")
-    hold = parameters.intervals_per_decision
+    begun = begin_crawl(parameters, warm_up, start)
+    policy_rng = np.random.default_rng([policy_seed, *start])
     interval = replace(parameters, decide_on="interval")  # a sample at each
-    memory, quiet = make_memory(n), make_task(interval)
-    first = begin(memory, quiet, start_rng)
-    uniform = np.cumsum(np.full((n, n), 1.0 / n), axis=1)
-    settle = round(warm_up / parameters.decision_interval)
-    observation = _crawl(memory, first, uniform, quiet, hold, start_rng, start_rng, *_pages(settle, n))
     steps = round(duration / parameters.decision_interval)
     samples, actions = _pages(steps, n)
     task = make_task(interval, noise=noise)
     cumulative = np.cumsum(table, axis=1)
-    _crawl(memory, observation, cumulative, task, hold, noise_rng, policy_rng, samples, actions)
+    _crawl(
+        begun.memory, begun.observation, cumulative, task, parameters.intervals_per_decision,
+        live_state(begun.noise), live_state(policy_rng), samples, actions,
+    )  # fmt: skip
     time = parameters.decision_interval * np.arange(steps + 1, dtype=np.float64)
     return Record(time, samples[:, 0], samples[:, 1], samples[:, 2], samples[:, 3], actions)
+
+
+@dataclass(frozen=True)
+class Start:
+    """Where a crawl starts.
+
+    Attributes:
+        memory: of the crawler, as the warm-up left it.
+        observation: index of its most contracted segment.
+        noise: the generator of the noise from here on.
+    """
+
+    memory: Memory
+    observation: int
+    noise: np.random.Generator
+
+
+def begin_crawl(parameters: CrawlerParameters, warm_up: float, start: tuple[int, ...]) -> Start:
+    """Act at random for a while; whoever crawls on from the same start meets the same noise."""
+    start_rng, noise_rng = map(np.random.default_rng, np.random.SeedSequence(start).spawn(2))
+    n, quiet = parameters.n_segments, make_task(replace(parameters, decide_on="interval"))
+    memory, rng = make_memory(n), live_state(start_rng)
+    uniform = np.cumsum(np.full((n, n), 1.0 / n), axis=1)
+    settle = round(warm_up / parameters.decision_interval)
+    first = begin(memory, quiet, rng)
+    hold = parameters.intervals_per_decision
+    observation = _crawl(memory, first, uniform, quiet, hold, rng, rng, *_pages(settle, n))
+    return Start(memory, observation, noise_rng)
 
 
 def _pages(steps: int, n: int) -> tuple[Array, NDArray[np.int64]]:

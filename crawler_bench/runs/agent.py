@@ -5,6 +5,9 @@ import re
 from importlib import import_module
 from typing import Any, Protocol, Self, cast
 
+import numpy as np
+from numpy.typing import NDArray
+
 from crawler_bench.config.errors import ConfigError
 from crawler_bench.config.files import agent_spec
 
@@ -90,3 +93,34 @@ def _takes(function: Any, keyword: str) -> bool:
 def is_stable_baselines(kind: type) -> bool:
     """Whether a class derives from Stable-Baselines3: it learns from many crawlers and saves an archive."""
     return any(base.__module__.startswith("stable_baselines3.") for base in kind.__mro__)
+
+
+def ask(agent: Agent, observation: NDArray[Any], n_actions: int, **how: Any) -> tuple[NDArray[np.int64], Any]:
+    """Ask an agent what it does.
+
+    Args:
+        agent: with `predict`.
+        observation: K of them.
+        n_actions: N.
+        how: the arguments of `predict` beside the observations.
+
+    Returns:
+        (K,) actions, and the state that it returned.
+
+    Raises:
+        ConfigError: if it answers with something else than K actions, 0 to N - 1.
+    """
+    name, count = type(agent).__name__, len(observation)
+    try:
+        answered, state = agent.predict(observation, **how)
+        actions = np.asarray(answered)
+    except (TypeError, ValueError, IndexError, RuntimeError) as error:
+        reason = " ".join(str(error).split())
+        raise ConfigError(f"{name}.predict cannot take an array of {count} observations: {reason}") from error
+    fits = actions.shape == (count,) and actions.dtype.kind in "iu"
+    if not fits or actions.min() < 0 or actions.max() >= n_actions:
+        raise ConfigError(
+            f"{name}.predict, asked for {count} observations, must return {count} whole numbers from 0 to "
+            f"{n_actions - 1}, not an array of shape {actions.shape} and type {actions.dtype}"
+        )
+    return np.asarray(actions, dtype=np.int64), state

@@ -1,8 +1,13 @@
-"""Measure a trained policy, frozen: from several starts, and under several amplitudes of noise."""
+"""Measure a trained policy, frozen: from several starts, and under several amplitudes of noise.
 
+A table goes through one compiled loop, whoever learned it; whatever is no table is asked at every decision,
+from the same starts and with the same noise (`acting`).
+"""
+
+import itertools
 import time
 import zipfile
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -15,12 +20,16 @@ from crawler_bench.config.schema import EvaluationConfig, RunConfig
 from crawler_bench.gait import metrics
 from crawler_bench.gait.record import Record
 from crawler_bench.gait.rollout import rollout
+from crawler_bench.gait.stepwise import Policy, crawl
 from crawler_bench.runs import store
+from crawler_bench.runs.acting import policy_of
 from crawler_bench.runs.folders import checksums, claims
 from crawler_bench.runs.folders.keys import evaluation_key
-from crawler_bench.runs.policy_table import action_table, probabilities
+from crawler_bench.runs.policy_table import probabilities
 from crawler_bench.runs.training import load_agent
 from crawler_bench.runs.untrusted import require_bounded
+
+NO_TABLE = "none"  # the content of table.csv where the policy is no table
 
 
 @dataclass(frozen=True)
@@ -28,7 +37,7 @@ class Evaluation:
     """What is known of one trained policy.
 
     Attributes:
-        table: (N, N) probability of each action at each observation.
+        table: (N, N) probability of each action at each observation; (0, N) of a policy that is no table.
         starts: a row for each noise amplitude and start: noise, start, speed, reward, stalled and, without
             noise, the metrics of the gait.
         cycles: a row for each cycle: start, cycle, duration.
@@ -72,9 +81,10 @@ def evaluate(
 
     def write(draft: Path) -> None:
         started = time.monotonic()
-        table = action_table(load_agent(folder, run, trusted), run.parameters.n_segments, chosen.mode)
-        evaluation = measure(run, seed, table, chosen, progress)
-        np.savetxt(draft / "table.csv", evaluation.table, delimiter=",", fmt="%.17g")
+        agent, n_segments = load_agent(folder, run, trusted), run.parameters.n_segments
+        policy = policy_of(agent, run.environment.keyhole, chosen.mode, n_segments, seed)
+        evaluation = measure(run, seed, policy, chosen, progress)
+        _write_table(evaluation.table, draft / "table.csv")
         for name in ("starts", "cycles", "nodes"):
             getattr(evaluation, name).to_csv(draft / f"{name}.csv", index=False)
         np.savez_compressed(draft / "gait.npz", **vars(evaluation.gait))
@@ -105,8 +115,7 @@ def read_evaluation(place: Path) -> Evaluation:
         require_bounded(place / "gait.npz")
         with (place / "gait.npz").open("rb") as file, np.load(file) as arrays:
             gait = Record(**arrays)
-        rows = [line.split(",") for line in (place / "table.csv").read_text().splitlines()]
-        table = probabilities(rows, len(rows))
+        table = _read_table(place / "table.csv", gait.n_segments)
     except (OSError, EOFError, KeyError, TypeError, ValueError, zipfile.BadZipFile) as error:
         raise store.NotARunError(
             f"{place} is damaged ({type(error).__name__}); remove that folder and repeat the command"
@@ -114,30 +123,46 @@ def read_evaluation(place: Path) -> Evaluation:
     return Evaluation(table, starts, cycles, nodes, gait)
 
 
+def _write_table(table: NDArray[np.float64], path: Path) -> None:
+    if table.size:
+        np.savetxt(path, table, delimiter=",", fmt="%.17g")
+    else:
+        path.write_text(NO_TABLE + "\n")
+
+
+def _read_table(path: Path, n_segments: int) -> NDArray[np.float64]:
+    lines = path.read_text().splitlines()
+    if lines == [NO_TABLE]:
+        return np.empty((0, n_segments))
+    return probabilities([line.split(",") for line in lines], n_segments)
+
+
 def measure(
     run: RunConfig,
     seed: int,
-    table: NDArray[np.float64],
+    policy: NDArray[np.float64] | Policy,
     config: EvaluationConfig,
     progress: Callable[[float], None] | None = None,
 ) -> Evaluation:
-    """Roll a policy out from every start under every noise, and take its measure."""
+    """Roll a policy out from every start under every noise, and take its measure.
 
-    def crawl(start: int, noise: float, duration: float) -> Record:
-        return rollout(
-            run.parameters, table, warm_up=config.warm_up, duration=duration, noise=noise,
-            start=(config.seed, start), policy_seed=seed,
-        )  # fmt: skip
-
+    Args:
+        run: what it was trained in.
+        seed: of the draws of a table.
+        policy: a table, (N, N), or what is asked at every decision.
+        config: how to measure.
+        progress: is told how many crawls are done.
+    """
+    longest = max(config.duration, config.settle + config.gait)
+    crawls = _crawls(run, seed, policy, config, longest)
     penalty = run.environment.regularization
     if run.parameters.penalty == "rate":
         penalty *= run.parameters.decision_interval
-    longest = max(config.duration, config.settle + config.gait)
     rows, cycles, nodes, gaits = [], [], [], []
     for noise in config.noise:
         for start in range(config.starts):
             quiet = noise == config.noise[0]
-            whole = crawl(start, noise, longest if quiet else config.duration)
+            whole = next(crawls)
             record = whole.before(config.duration)
             stalled = metrics.stalls(record)
             row: dict[str, Any] = {
@@ -157,12 +182,37 @@ def measure(
             if progress is not None:
                 progress(len(rows))
     return Evaluation(
-        table,
+        policy if isinstance(policy, np.ndarray) else np.empty((0, run.parameters.n_segments)),
         pd.DataFrame(rows),
         pd.DataFrame(cycles, columns=["start", "cycle", "duration"]),
         pd.DataFrame(nodes, columns=["start", "node", "power_peak", "power_duration"]),
         min(gaits, key=lambda gait: gait[:2])[2],
     )
+
+
+def _crawls(
+    run: RunConfig,
+    seed: int,
+    policy: NDArray[np.float64] | Policy,
+    config: EvaluationConfig,
+    longest: float,
+) -> Iterator[Record]:
+    """Every crawl, by noise and then by start; without noise each is `longest`."""
+    keys = [(config.seed, start) for start in range(config.starts)]
+    quiet, *noisy = config.noise
+    if isinstance(policy, np.ndarray):
+        for noise, start in itertools.product(config.noise, keys):
+            yield rollout(
+                run.parameters, policy, warm_up=config.warm_up, noise=noise, start=start, policy_seed=seed,
+                duration=longest if noise == quiet else config.duration,
+            )  # fmt: skip
+        return
+    for levels, duration in (([quiet], longest), (noisy, config.duration)):
+        if levels:
+            yield from crawl(
+                run.parameters, policy, run.environment.keyhole, warm_up=config.warm_up, duration=duration,
+                noise=np.repeat(levels, len(keys)).tolist(), starts=keys * len(levels),
+            )  # fmt: skip
 
 
 def describe(gait: Record, wave: metrics.Wave) -> dict[str, Any]:

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from crawler_bench.config.errors import ConfigError
-from crawler_bench.runs.agent import Agent
+from crawler_bench.runs.agent import Agent, ask
 
 Array = NDArray[np.float64]
 Mode = Literal["deterministic", "stochastic"]
@@ -38,7 +38,7 @@ def action_table(agent: Agent, n_segments: int, mode: Mode = "deterministic") ->
         except ValueError as error:
             raise ConfigError(f"{type(agent).__name__}.action_probabilities: {error}") from None
     observations = np.arange(n_segments)
-    greedy = np.eye(n_segments)[_predict(agent, observations, deterministic=True)]
+    greedy = np.eye(n_segments)[ask(agent, observations, n_segments, deterministic=True)[0]]
     if mode == "deterministic" or hasattr(agent, "q_table"):
         return greedy
     network: Any = getattr(agent, "policy", None)
@@ -48,36 +48,25 @@ def action_table(agent: Agent, n_segments: int, mode: Mode = "deterministic") ->
         return np.asarray(likely / likely.sum(axis=1, keepdims=True))
     if (rate := getattr(agent, "exploration_rate", None)) is not None:
         return np.asarray((1 - rate) * greedy + rate / n_segments)
-    drawn = _predict(agent, np.repeat(observations, DRAWS), deterministic=False).reshape(n_segments, DRAWS)
-    return np.array([np.bincount(row, minlength=n_segments) / DRAWS for row in drawn])
+    drawn, _ = ask(agent, np.repeat(observations, DRAWS), n_segments, deterministic=False)
+    counted = drawn.reshape(n_segments, DRAWS)
+    return np.array([np.bincount(row, minlength=n_segments) / DRAWS for row in counted])
 
 
 def greedy_policy(agent: Agent, n_segments: int) -> Array | None:
-    """The deterministic policy in the middle of learning; None where asking might disturb the learning."""
+    """The deterministic policy in the middle of learning.
+
+    None where there is no such table, because the agent has a memory, or where asking might disturb the
+    learning.
+    """
     if (table := getattr(agent, "q_table", None)) is not None:
         return np.asarray(np.eye(n_segments)[table.argmax(axis=1)])
-    asks_safely = hasattr(agent, "action_probabilities") or hasattr(
-        getattr(agent, "policy", None), "obs_to_tensor"
-    )
-    return action_table(agent, n_segments) if asks_safely else None
-
-
-def _predict(agent: Agent, observations: NDArray[np.int64], *, deterministic: bool) -> NDArray[np.int64]:
-    """The agent's actions, one for each observation."""
-    name, count = type(agent).__name__, observations.size
-    try:
-        answered, _ = agent.predict(observations, deterministic=deterministic)
-        actions = np.asarray(answered)
-    except (TypeError, ValueError) as error:
-        raise ConfigError(f"{name}.predict cannot take an array of {count} observations: {error}") from error
-    n = int(observations.max()) + 1
-    fits = actions.shape == observations.shape and actions.dtype.kind in "iu"
-    if not fits or actions.min() < 0 or actions.max() >= n:
-        raise ConfigError(
-            f"{name}.predict, asked for {count} observations, must return {count} whole numbers from 0 to "
-            f"{n - 1}, not an array of shape {actions.shape} and type {actions.dtype}"
-        )
-    return np.asarray(actions, dtype=np.int64)
+    if hasattr(agent, "action_probabilities"):
+        return action_table(agent, n_segments)
+    if not hasattr(getattr(agent, "policy", None), "obs_to_tensor"):
+        return None
+    actions, state = ask(agent, np.arange(n_segments), n_segments, deterministic=True)
+    return np.asarray(np.eye(n_segments)[actions]) if state is None else None
 
 
 def probabilities(table: Any, n_segments: int) -> Array:

@@ -92,8 +92,8 @@ def summarize(evaluation: Evaluation, learning: pd.DataFrame) -> dict[str, objec
     row: dict[str, object] = {
         "policy": metrics.policy_text(evaluation.table),
         "observations": len(policy),
-        "diagonal_distance": metrics.diagonal_distance(policy),
-        "off_diagonal": metrics.off_diagonal(evaluation.table),
+        "diagonal_distance": metrics.diagonal_distance(policy) if len(policy) else np.nan,
+        "off_diagonal": metrics.off_diagonal(evaluation.table) if len(policy) else np.nan,
         "speed": quiet["speed"].mean(),
         "speed_median": quiet["speed"].median(),
         "speed_moving": moving["speed"].mean(),

@@ -19,9 +19,11 @@ from crawler_bench.runs.agent import Agent, agent_class, is_stable_baselines
 from crawler_bench.runs.policy_table import greedy_policy
 from crawler_bench.runs.untrusted import load_weights, require_trust
 
+Progress = Callable[[float], None] | None
+Learner = Callable[[RunConfig, int, Progress], tuple[Agent, "LearningRecorder"]]
+
 CURVE_INTERVAL = 1000  # decisions between two points of the learning curve
 SNAPSHOTS = 80  # of the table of values, along the run
-SB3_SETTINGS = {"policy": "MlpPolicy", "device": "cpu"}
 
 
 def make_env(config: RunConfig) -> Any:
@@ -30,17 +32,21 @@ def make_env(config: RunConfig) -> Any:
     Raises:
         ConfigError: if the agent learns from one crawler alone.
     """
-    arguments = dict(config.environment)
+    arguments, keyhole = config.environment.task, config.environment.keyhole
     if config.crawlers == 1:
-        return gym.make(crawler_bench.ENV_ID, parameters=config.parameters, **arguments)
+        return gym.make(crawler_bench.KEYHOLE_IDS[keyhole], parameters=config.parameters, **arguments)
     if not is_stable_baselines(agent_class(config.agent)):
         raise ConfigError(
             f"crawlers = {config.crawlers}: {config.agent} learns from one crawler; "
             "only agents of Stable-Baselines3 learn from several"
         )
-    from crawler_bench.envs.sb3 import CrawlerVecEnv  # loads torch
+    # Both load torch.
+    from crawler_bench.envs.keyhole_sb3 import KeyholeVecEnv
+    from crawler_bench.envs.sb3 import CrawlerVecEnv
 
-    return CrawlerVecEnv(config.crawlers, config.parameters, **arguments)
+    if keyhole == "index":
+        return CrawlerVecEnv(config.crawlers, config.parameters, **arguments)
+    return KeyholeVecEnv(config.crawlers, config.parameters, **arguments, keyhole=keyhole)
 
 
 def make_agent(config: RunConfig, env: Any, seed: int) -> Agent:
@@ -57,13 +63,20 @@ def make_agent(config: RunConfig, env: Any, seed: int) -> Agent:
             if key not in known:
                 hint = nearest(key, names) if names else "; it takes no settings"
                 raise ConfigError(f"settings: {kind.__name__} knows no {key!r}{hint}")
-    usual = {key: value for key, value in SB3_SETTINGS.items() if is_stable_baselines(kind) and key in known}
+    usual = _usual_settings(kind) if is_stable_baselines(kind) else {}
+    usual = {key: value for key, value in usual.items() if key in known}
     try:
         return kind(env=env, seed=seed, **usual | config.settings)
     except (TypeError, AssertionError) as error:
         raise ConfigError(
             f"{kind.__name__}(env, seed={seed}, **{config.settings}) cannot be made: {error}"
         ) from None
+
+
+def _usual_settings(kind: Any) -> dict[str, Any]:
+    """The network for plain numbers, under the name that an algorithm of Stable-Baselines3 has for it."""
+    networks = [name for name in getattr(kind, "policy_aliases", {}) if name.startswith("Mlp")]
+    return {"policy": networks[0] if networks else "MlpPolicy", "device": "cpu"}
 
 
 def load_agent(folder: Path, config: RunConfig, trusted: Collection[str] = ()) -> Agent:
@@ -113,6 +126,7 @@ def train(
     seed: int,
     root: Path,
     progress: Callable[[float], None] | None = None,
+    learner: Learner | None = None,
     *,
     wait: bool = True,
     say: Callable[[str], None] = store.complain,
@@ -124,6 +138,7 @@ def train(
         seed: of agent and environment.
         root: folder of run folders.
         progress: is told the number of decisions that are done, as often as the agent calls back.
+        learner: how to learn; by default `learn`.
         wait: for another process that trains the same run.
         say: told if the run was there, but damaged.
 
@@ -135,7 +150,7 @@ def train(
 
     def write(draft: Path) -> None:
         started = time.monotonic()
-        agent, recorder = learn(config, seed, progress)
+        agent, recorder = (learner or learn)(config, seed, progress)
         store.write_config(draft, config, seed)
         store.write_command(draft)
         # Stable-Baselines3 saves an archive, and wants a name that says so.
@@ -144,6 +159,8 @@ def train(
         if recorder.snapshots:
             decisions, tables = zip(*recorder.snapshots, strict=True)
             np.savez_compressed(draft / "snapshots.npz", decisions=decisions, q_table=np.array(tables))
+        for name, content in recorder.files.items():
+            (draft / name).write_bytes(content)
         store.write_manifest(draft, started, seed=seed, agent=config.agent)
 
     store.make(folder, write, wait=wait, say=say)
@@ -193,13 +210,16 @@ class LearningRecorder:
     ) -> None:
         self._progress = progress
         self._crawler: Any = env.unwrapped
-        self._n = int(env.observation_space.n)
+        space = env.observation_space
+        # Of a table; 0 where there is none.
+        self._n = int(space.n) if isinstance(space, gym.spaces.Discrete) else 0
         self._gradient_updates = 0
         optimizer = getattr(getattr(agent, "policy", None), "optimizer", None)
         if optimizer is not None:
             optimizer.register_step_post_hook(self._count_update)
         self._rows: list[tuple[int, int, float, float, str]] = []
         self.snapshots: list[tuple[int, np.ndarray[Any, Any]]] = []
+        self.files: dict[str, bytes] = {}  # what else a run's folder shall hold
         self._interval = interval
         self._snapshot_interval = max(interval, decisions // SNAPSHOTS)
 
@@ -222,13 +242,23 @@ class LearningRecorder:
             self.snapshots.append((done, table.copy()))
         if self._rows and done == self._rows[-1][0]:
             return
-        greedy = greedy_policy(agent, self._n)
+        greedy = greedy_policy(agent, self._n) if self._n else None
         policy = "" if greedy is None else policy_text(greedy)
         self._rows.append((done, self._gradient_updates, *self._crawler.lifetime, policy))
         if table is not None and (
             not self.snapshots or done - self.snapshots[-1][0] >= self._snapshot_interval
         ):
             self.snapshots.append((done, table.copy()))
+
+    def go_on(self, curve: pd.DataFrame, gradient_updates: int) -> None:
+        """Go on from a curve, as `curve` gave it, and a number of gradient updates."""
+        self._rows = list(curve.itertuples(index=False, name=None))
+        self._gradient_updates = gradient_updates
+
+    @property
+    def gradient_updates(self) -> int:
+        """Gradient updates so far."""
+        return self._gradient_updates
 
     def curve(self) -> pd.DataFrame:
         """One row per recorded point: decisions, gradient_updates, time, distance, policy (in digits)."""

@@ -56,3 +56,28 @@ def seeds_needed(first: Array, second: Array) -> float:
     # The solver fails below 3 seeds; 12 are enough for any effect of 1. Above 30, 2 seeds are.
     few = (n for n in range(2, 13) if effect > 30 or test.power(effect, n, ALPHA) >= POWER)
     return float(next(few))
+
+
+def seeds_to_decide(first: Array, second: Array, tests: int = 1) -> float:
+    """Paired seeds with which a difference as large as this one would pass Holm's correction over some tests.
+
+    That is, by a paired two-sided t-test at 0.05 / tests (Holm's hardest step) with a power of 80 %; and at
+    least as many as the permutation test needs to reach that p at all. NaN with fewer than 2 runs or without
+    a difference; infinite where more than a million would be needed.
+    """
+    if first.size < 2 or tests < 1:
+        return math.nan
+    mean, spread = abs(float(np.mean(first - second))), float(np.std(first - second, ddof=1))
+    if mean == 0:
+        return math.nan
+    alpha = ALPHA / tests
+    fewest = math.ceil(1 + math.log2(1 / alpha))  # 2^(1 - n) is the least p of n pairs
+    normal = (norm.isf(alpha / 2) + norm.ppf(POWER)) * spread / mean
+    if normal > 1000:
+        return math.inf
+    # A t-test needs a few more than a normal one; its power rises with n.
+    test, n = TTestPower(), max(2, math.ceil(normal**2))
+    effect = mean / spread if spread > 0 else math.inf
+    while effect < 30 and n < 1000 and test.power(effect, n, alpha) < POWER:
+        n += 1
+    return float(max(n, fewest))

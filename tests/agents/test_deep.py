@@ -1,16 +1,24 @@
-"""DQN and PPO as the benchmark uses them: what is ours about them; the rest is Stable-Baselines3's."""
+"""Deep agents as the benchmark uses them: what is ours about them; the rest is their libraries'."""
 
+import gymnasium as gym
 import numpy as np
 import pytest
+import sb3_contrib
 import stable_baselines3
 import torch
 
-from agents.deep import DQN, PPO, REWARD_SCALE, ScaledRewards
+import crawler_bench
+from agents.deep import A2C, DQN, PPO, QRDQN, REWARD_SCALE, RecurrentPPO, ScaledRewards
 from crawler_bench.envs.crawler import CrawlerEnv
 from crawler_bench.envs.sb3 import CrawlerVecEnv
 
-SHORT = {PPO: {"n_steps": 16, "batch_size": 16, "n_epochs": 1}, DQN: {"learning_starts": 32, "train_freq": 1}}
+OFF_POLICY, ON_POLICY = (
+    {"learning_starts": 32, "train_freq": 1},
+    {"n_steps": 16, "batch_size": 16, "n_epochs": 1},
+)
+SHORT = {PPO: ON_POLICY, DQN: OFF_POLICY, A2C: {"n_steps": 16}, QRDQN: OFF_POLICY, RecurrentPPO: ON_POLICY}
 KINDS = pytest.mark.parametrize("kind", [DQN, PPO], ids=lambda kind: kind.__name__)
+ALL = pytest.mark.parametrize("kind", SHORT, ids=lambda kind: kind.__name__)
 
 
 def weights(agent) -> torch.Tensor:
@@ -41,26 +49,33 @@ def test_rewards_are_scaled_while_learning(kind):
     assert 0.1 < np.abs(seen[REWARD_SCALE]).max() < 1  # of order one, as the defaults assume
 
 
-@KINDS
+@ALL
 def test_nothing_but_what_is_said_differs_from_the_defaults(kind):
     ours = kind(CrawlerVecEnv(2), seed=0)
-    default = getattr(stable_baselines3, kind.__name__)("MlpPolicy", CrawlerVecEnv(2), seed=0)
+    library = getattr(stable_baselines3, kind.__name__, None) or getattr(sb3_contrib, kind.__name__)
+    default = library(kind.USUAL_POLICY, CrawlerVecEnv(2), seed=0)
     assert ours.gamma == 0.95
-    told = {
-        "gamma",
-        "reward_scale",
-        "env",
-        "_last_obs",
-        "seed",
-        "policy_kwargs",
-        "replay_buffer",
-        "rollout_buffer",
-    }
+    told = {"gamma", "reward_scale", "env", "_last_obs", "seed", "replay_buffer", "rollout_buffer"}
+    told.add("_last_lstm_states")  # tensors, all zero
     for name, value in vars(default).items():
         if name not in told and isinstance(value, int | float | str | tuple | None):
             assert vars(ours)[name] == value, name
+    assert ours.policy_kwargs == default.policy_kwargs
+    assert [str(each) for each in ours.policy.children()] == [str(each) for each in default.policy.children()]
+    optimizers = [each.policy.optimizer for each in (ours, default)]
+    assert type(optimizers[0]) is type(optimizers[1])
+    assert optimizers[0].defaults == optimizers[1].defaults  # epsilon is not torch's everywhere
     schedules = [(each.lr_schedule(1), each.lr_schedule(0.5)) for each in (ours, default)]
     assert schedules[0] == schedules[1]
+
+
+def test_zeros_and_ones_are_what_the_network_makes_of_the_index():
+    """So nothing is lost, or won, by code that knows only Box."""
+    learned = []
+    for keyhole in ("index", "one-hot"):
+        env = gym.make(crawler_bench.KEYHOLE_IDS[keyhole])
+        learned.append(weights(A2C(env, seed=0).learn(100)))
+    assert torch.equal(*learned)
 
 
 @KINDS

@@ -10,7 +10,7 @@ def run(agent="a", regularization=0.0, seed=0, mode="deterministic", **values):
     """A row of the runs; what is not said is the same for all."""
     known = {
         "policy": "0123456789", "off_diagonal": 0.5, "speed": 1.0, "speed_moving": 1.0, "reward": 1.0,
-        "stall_share": 0.0, "gradient_updates": 0, "speed_learning_end": NAN, "cycles": 5,
+        "stall_share": 0.0, "decisions": 0, "gradient_updates": 0, "speed_learning_end": NAN, "cycles": 5,
         "cycle_duration": 40.0, "wave_order": 0.7, "peak_contraction": 0.3, "strain_gradient": 0.2,
         "unused_muscles": 0.0, "power_per_distance": 7.0,
     }  # fmt: skip

@@ -128,8 +128,10 @@ def test_the_comparison_has_full_cells(summary):
     shown = tables.comparison(summary).set_index(["agent", "regularization"])
     assert len(shown) == 6
     assert shown.columns.tolist() == [
-        "mode", "speed (L/tau)", "cycle duration (tau)", "speed averaged over noise (L/tau)",
-        "starts that stall", "distance from the diagonal", "decisions to 90 % of the final speed",
+        "mode", "speed (L/tau)", "score: random 0, best table 1", "regret to the best table (L)",
+        "regret to the best stochastic table (L)", "regret to the best policy on the whole state (L)",
+        "cycle duration (tau)", "speed averaged over noise (L/tau)", "starts that stall",
+        "distance from the diagonal", "decisions learned from", "decisions to 90 % of the final speed",
         "gradient updates",
     ]  # fmt: skip
     wave, dqn = shown.loc[("wave", "0.01")], shown.loc[("dqn", "0")]
@@ -160,6 +162,7 @@ def test_the_pairs_say_which_is_which(pairs):
     speed = row[row["metric"] == "speed (L/tau)"].iloc[0]
     assert re.fullmatch(r"0\.00\d+ \[0\.00\d+, 0\.00\d+\] \(5\)", speed["first minus second"])
     assert (speed["P(first > second)"], speed["p"]) == ("1", "0.0625")
+    assert speed["p, Holm"] == "0.188 (3)"
     noisy = row[row["metric"].str.startswith("speed averaged")].iloc[0]
     assert re.fullmatch(r"0\.18\d \[no spread\], second overtakes", noisy["curves cross at s"])
     wave = shown[

@@ -48,12 +48,15 @@ def complaint(name: str) -> str:
 @pytest.mark.parametrize(
     ("name", "said"),
     [
-        ("qlerning", "no agent is called 'qlerning'; there are qlearning"),
+        ("qlerning", "no agent is called 'qlerning'; did you mean 'qlearning'?"),
         ("nowhere_at_all:Agent", "cannot be imported: No module named 'nowhere_at_all'"),
         ("agents.qlearning:Missing", "cannot be imported"),
         ("../x:Y", "not of the form module:Class"),
         ("x:", "not of the form module:Class"),
-        ("json:dumps", "an agent is a class, this is a function"),
+        (
+            "json:dumps",
+            "an agent is a class with learn, predict, save, load, like Stable-Baselines3's; this is a function",
+        ),
         ("subprocess:Popen", "an agent has learn, predict, save, load; it has no learn"),
     ],
 )
@@ -82,7 +85,9 @@ def test_anyones_class_with_the_interface_is_an_agent(mine):
 
 def test_stable_baselines_agents_are_told_by_their_bases():
     found = {name: is_stable_baselines(agent_class(name)) for name in (*AGENTS, "sb3_contrib:QRDQN")}
-    assert {name for name, yes in found.items() if yes} == {"dqn", "ppo", "sb3_contrib:QRDQN"}
+    assert {name for name, yes in found.items() if yes} == {
+        "dqn", "ppo", "a2c", "qrdqn", "recurrent-ppo", "sb3_contrib:QRDQN"
+    }  # fmt: skip
 
 
 def test_several_crawlers_need_an_agent_that_learns_from_several():

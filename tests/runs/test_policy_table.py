@@ -58,7 +58,7 @@ def test_a_value_network_explores_at_its_last_rate(dqn):
 def test_crawling_by_the_table_is_crawling_by_the_network(ppo):
     """The compiled rollout of the table against the network asked at every step of the environment."""
     parameters = CrawlerParameters()
-    record = rollout(parameters, action_table(ppo, N), warm_up=0, duration=100, noise=0, start=(3, 4))
+    record = rollout(parameters, action_table(ppo, N), warm_up=0, duration=95, noise=0, start=(3, 4))
     env = CrawlerEnv(parameters, episode_distance=1e9, time_limit=1e9)
     observation, _ = env.reset(seed=0)
     centroids, asked = [0.0], 0
@@ -70,7 +70,7 @@ def test_crawling_by_the_table_is_crawling_by_the_network(ppo):
         centroids.append(info["centroid"])
     assert asked > 400
     np.testing.assert_allclose(centroids, record.centroid, rtol=0, atol=1e-12)
-    assert speed(record) == pytest.approx(centroids[-1] / 100)
+    assert speed(record) == pytest.approx(centroids[-1] / 95)
 
 
 def test_a_crawler_at_rest_is_observed_by_chance():
@@ -84,7 +84,8 @@ def test_a_crawler_at_rest_is_observed_by_chance():
 
 
 def test_tables_of_our_agents():
-    q = QLearning(CrawlerEnv(), seed=0).learn(50_000)
+    q = QLearning(CrawlerEnv(), seed=0)
+    q.q_table[:] = np.random.default_rng(0).random((N, N))  # no ties, which predict breaks by chance
     np.testing.assert_array_equal(action_table(q, N), np.eye(N)[q.policy])
     np.testing.assert_array_equal(action_table(q, N, "stochastic"), np.eye(N)[q.policy])
     np.testing.assert_array_equal(action_table(Wave(CrawlerEnv()), N, "stochastic"), np.eye(N))

@@ -25,6 +25,10 @@ _WIDTH = 4  # matrices in a row
 
 def policy_matrices(tables: pd.DataFrame, runs: pd.DataFrame) -> Figure:
     """The mean policy of every agent, mode and regularization; regularizations of an agent side by side."""
+    if tables.empty:
+        figure = style.new_figure(7.5, 4)
+        style.show_missing(figure.add_subplot(), "no policy is a table")
+        return figure
     pairs, values = looks.modes_of(tables), looks.regularizations(tables)
     across = max(1, min(_WIDTH // len(values), len(pairs)))
     slots = dict(zip(looks.places([agent for agent, _ in pairs], across), pairs, strict=True))

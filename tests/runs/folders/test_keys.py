@@ -29,7 +29,8 @@ def other_parameters(name: str) -> CrawlerParameters:
 
 CHANGES = [
     *({"parameters": other_parameters(each.name)} for each in fields(RUN.parameters)),
-    *({"environment": EnvironmentConfig(**{name: 7.5})} for name in EnvironmentConfig.model_fields),
+    *({"environment": EnvironmentConfig(**{name: "state" if name == "keyhole" else 7.5})}
+      for name in EnvironmentConfig.model_fields),
     {"agent": "still"}, {"settings": {"learning_rate": 0.1}}, {"settings": {"learning_rate": 0.2}},
     {"decisions": 5}, {"crawlers": 2},
 ]  # fmt: skip

@@ -1,0 +1,33 @@
+"""Crawlers seen through a keyhole as a vector environment of Stable-Baselines3."""
+
+from typing import Any
+
+from crawler_bench.envs.keyholes import ONE_HOT, Frames, KeyholeBatch, space
+from crawler_bench.envs.sb3 import CrawlerVecEnv
+
+
+class KeyholeVecEnv(CrawlerVecEnv):
+    """K crawlers for an agent of Stable-Baselines3, seen through a keyhole; otherwise a `CrawlerVecEnv`.
+
+    Args:
+        keyhole: "one-hot", "strain" or "state".
+        arguments: of `CrawlerVecEnv`.
+    """
+
+    def __init__(self, *arguments: Any, keyhole: str = ONE_HOT, **named: Any) -> None:
+        super().__init__(*arguments, **named)
+        self.crawlers: KeyholeBatch = KeyholeBatch.through(keyhole, self.crawlers)
+        self.observation_space = space(keyhole, self.crawlers.n_segments)
+
+    def reset(self) -> Any:
+        """Put every crawler to rest and look at it: (K, size) float32."""
+        super().reset()
+        return self.crawlers.view.copy()
+
+    def step_wait(self) -> tuple[Any, Any, Any, list[Any]]:
+        """Decide as `CrawlerVecEnv.step_wait` does, and look; the last look of an episode is in its info."""
+        _, rewards, dones, infos = super().step_wait()
+        seen: Frames = self.crawlers.view.copy()
+        for i in dones.nonzero()[0]:
+            infos[i]["terminal_observation"] = self.crawlers.final_view[i]
+        return seen, rewards, dones, infos
