@@ -55,7 +55,7 @@ def complaint(name: str) -> str:
         ("x:", "not of the form module:Class"),
         (
             "json:dumps",
-            "an agent is a class with learn, predict, save, load, like Stable-Baselines3's; this is a function",
+            "like Stable-Baselines3's; this is a function",
         ),
         ("subprocess:Popen", "an agent has learn, predict, save, load; it has no learn"),
     ],
