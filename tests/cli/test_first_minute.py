@@ -83,7 +83,7 @@ LONG = {
     "reproduce --preset smoke": "reproducing the paper, results in results/smoke",
     "benchmark --preset smoke": "comparing agents, results in results/benchmark-smoke",
     "benchmark --preset smoke --only ppo": "comparing agents, results in results/benchmark-changed",
-    "tune qlearning --preset smoke": "tuning qlearning in 4 trials, results in results/tuning-smoke",
+    "tune qlearning --preset smoke": "tuning qlearning in 6 trials, results in results/tuning-smoke",
     "readings --preset smoke": "running readings of the paper, results in results/readings-smoke",
 }
 
@@ -157,7 +157,7 @@ def test_the_settings_of_an_agent_are_those_of_its_class():
 @pytest.mark.parametrize(
     ("line", "offered"),
     [
-        ("train q", "qlearning"), ("render unr", "unregularized"), ("tune pp", "ppo"), ("sett", "settings"),
+        ("train ql", "qlearning"), ("render unr", "unregularized"), ("tune pp", "ppo"), ("sett", "settings"),
         ("train --config paper/r", "paper/regularized"), ("reproduce --claim nearest", "nearest_neighbour"),
     ],
 )  # fmt: skip

@@ -226,7 +226,7 @@ def test_a_run_of_an_agent_with_a_memory_has_no_digits(tmp_path, mode, monkeypat
 def _loaded(folder, run):
     from crawler_bench.runs.training import load_agent
 
-    return load_agent(folder, run), "index", run.evaluation.mode, N
+    return load_agent(folder, run, [run.agent]), "index", run.evaluation.mode, N
 
 
 class Hidden(Clock):
