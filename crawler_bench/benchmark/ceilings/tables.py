@@ -114,7 +114,7 @@ def _ascend(memo: _Memo, policy: Policy, *, pairs: bool = False) -> Policy:
 def _changes(policy: Policy, visited: tuple[int, ...], most: int) -> Iterator[Policy]:
     """Every change of 1 to `most` entries that changes what the policy does.
 
-    A change of two entries of which only one is visited can matter, too: the first may lead to the second.
+    A change of two entries, only one of them visited, can matter, too: the first may lead to the second.
     """
     n = policy.size
     for count in range(1, most + 1):
