@@ -19,7 +19,11 @@ import platformdirs
 _PACKAGE = Path(__file__).resolve().parents[2]
 KEPT_VERSIONS = 8  # of the compiled code
 _VERSION = re.compile("[0-9a-f]{16}")
-KERNEL_SOURCES = (_PACKAGE / "physics", _PACKAGE / "envs", _PACKAGE.parent / "agents")
+_DRAWING = ("palette.py", "rendering.py")  # of envs: how a crawler looks decides no number
+KERNEL_SOURCES = (
+    _PACKAGE / "physics", _PACKAGE.parent / "agents",
+    *(path for path in sorted((_PACKAGE / "envs").glob("*.py")) if path.name not in _DRAWING),
+)  # fmt: skip
 
 
 def source_hash(*places: Path) -> str:

@@ -2,6 +2,7 @@
 
 import os
 import stat
+from pathlib import Path
 
 import pytest
 
@@ -101,3 +102,11 @@ def test_the_hash_sees_every_file(tmp_path):
     between = cache.source_hash(tmp_path)
     (tmp_path / "a.py").write_text("3")
     assert len({before, between, cache.source_hash(tmp_path)}) == 3
+
+
+def test_what_the_hash_leaves_out_compiles_nothing():
+    folder = Path(cache.__file__).parents[2] / "envs"
+    left_out = {path for path in folder.rglob("*.py")} - set(cache.KERNEL_SOURCES)
+    assert left_out
+    for path in left_out:
+        assert "kernel" not in path.read_text()
