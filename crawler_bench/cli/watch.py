@@ -7,6 +7,7 @@ import typer
 
 from crawler_bench.cli import names
 from crawler_bench.cli.console import console, starting
+from crawler_bench.cli.options import Trust
 from crawler_bench.cli.runs import WHAT
 
 if TYPE_CHECKING:
@@ -25,13 +26,14 @@ def watch(
     noise: Annotated[float, typer.Option(min=0, help="Largest error of a sensed strain, at first.")] = 0.0,
     seed: Annotated[int, typer.Option(min=0, help="Of draws, noise and kicks.")] = 0,
     seconds: Annotated[float, typer.Option(help="Close after this time; 0 stays open.")] = 0.0,
+    trust: Trust = False,
 ) -> None:
     """Show a trained crawler in a window, live; keys change the noise and kick it."""
     os.environ.setdefault("PYGAME_HIDE_SUPPORT_PROMPT", "1")
     path = names.find_run(run)
     with starting(f"watching {run}"):
         from crawler_bench.runs.live import live
-    crawler = live(path, "stochastic" if stochastic else "deterministic", seed)
+    crawler = live(path, "stochastic" if stochastic else "deterministic", seed, trust)
     crawler.noise = noise
     console.print(KEYS, markup=False)
     _show(crawler, run, round(seconds * FRAMES))

@@ -85,13 +85,14 @@ class Live:
         self.displacement = displacement
 
 
-def live(path: Path, mode: str, seed: int) -> Live:
+def live(path: Path, mode: str, seed: int, trust: bool = False) -> Live:
     """The crawler of a run folder or a policy file, alive.
 
     Args:
         path: the folder, or the JSON file of a policy.
         mode: "deterministic" or "stochastic".
         seed: of everything that is drawn.
+        trust: import and unpickle the agent that the folder names, whoever's it is.
 
     Raises:
         NotARunError: if it is neither.
@@ -101,6 +102,6 @@ def live(path: Path, mode: str, seed: int) -> Live:
         return Live(policy.config, policy.table_of(mode), seed)
     config, _ = store.read_run(path)
     known = "stochastic" if mode == "stochastic" else "deterministic"
-    agent = load_agent(path, config)
+    agent = load_agent(path, config, [config.agent] if trust else [])
     acts = policy_of(agent, config.environment.keyhole, known, config.parameters.n_segments, seed)  # type: ignore[arg-type]
     return Live(config, acts, seed)

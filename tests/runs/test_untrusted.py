@@ -20,6 +20,7 @@ from crawler_bench.runs import store, training
 from crawler_bench.runs.agent import agent_class
 from crawler_bench.runs.evaluation import evaluate
 from crawler_bench.runs.folders import checksums
+from crawler_bench.runs.live import live
 from crawler_bench.runs.policy_table import action_table
 from crawler_bench.runs.untrusted import MOST_UNPACKED, agents_of, inside, require_bounded, require_trust
 
@@ -73,7 +74,11 @@ def test_a_class_that_a_run_folder_names_is_not_imported_unasked(tmp_path, marke
     folder = run_of("evil_agent:Evil", tmp_path / "run")
     with pytest.raises(ConfigError, match=r"config\.yaml names the agent 'evil_agent:Evil'.*--trust"):
         evaluate(folder)
+    with pytest.raises(ConfigError, match="--trust"):
+        live(folder, "deterministic", 0)
     assert not marker.exists()
+    with pytest.raises(store.NotARunError):
+        live(folder, "deterministic", 0, trust=True)
     with pytest.raises(store.NotARunError):  # it is no saved agent, but was imported
         evaluate(folder, trusted=["evil_agent:Evil"])
     assert marker.exists()
