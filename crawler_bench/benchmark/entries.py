@@ -2,12 +2,15 @@
 
 import json
 from collections.abc import Iterable
+from pathlib import Path
 
 import pandas as pd
 
 from crawler_bench.benchmark.recorded import Recorded
 from crawler_bench.config.files import config_folder, load_experiment
 from crawler_bench.config.schema import Experiment, RunConfig, Tuning
+from crawler_bench.output.csv_files import write_csv
+from crawler_bench.runs import store
 
 TUNED = "-tuned"
 TRAITS = ["agent", "algorithm", "keyhole", "tuned"]
@@ -36,6 +39,34 @@ def traits(entries: Iterable[Experiment], others: Iterable[Recorded] = ()) -> pd
     return pd.DataFrame(rows, columns=TRAITS).drop_duplicates("agent", ignore_index=True)
 
 
+def write_search(
+    tuning: Tuning,
+    best: RunConfig,
+    trials: pd.DataFrame,
+    importance: pd.DataFrame,
+    folder: Path,
+    started: float,
+) -> Path:
+    """Write what `tuning.tune` found: trials.csv, importance.csv, and the entry, whose path is returned.
+
+    Args:
+        tuning: what was searched.
+        best: the run with the best settings.
+        trials: one row per trial.
+        importance: one row per setting.
+        folder: of these results alone.
+        started: `time.monotonic()` when the search began.
+    """
+    entry = f"{tuning.name}{TUNED}.yaml"
+    with store.replace(folder) as draft:
+        write_csv(trials, draft / "trials.csv")
+        write_csv(importance, draft / "importance.csv")
+        (draft / entry).write_text(tuned_entry(tuning, best))
+        store.write_command(draft)
+        store.write_manifest(draft, started)
+    return folder / entry
+
+
 def tuned_entry(tuning: Tuning, best: RunConfig) -> str:
     """What a search found as the text of a file in configs/benchmark.
 
@@ -54,6 +85,6 @@ def tuned_entry(tuning: Tuning, best: RunConfig) -> str:
     lines = (f"{key}: {json.dumps(value)}\n" for key, value in content.items() if value)
     seeds = f"{min(tuning.seeds)} to {max(tuning.seeds)}"
     return (
-        f"# The best of {tuning.trials} trials (results/tuning/{tuning.name}.csv, `crawler-bench tune "
+        f"# The best of {tuning.trials} trials (results/tuning/{tuning.name}/trials.csv, `crawler-bench tune "
         f"{tuning.name}`) on the seeds {seeds}, which are not compared.\n" + "".join(lines)
     )

@@ -1,5 +1,6 @@
 """The commands that compare agents: benchmark, reproduce-cell, tune."""
 
+import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -161,8 +162,8 @@ def tune(
     out: Annotated[
         Path | None,
         typer.Option(
-            help="Folder for the trials (CSV) and the entry that was found (YAML); default results/tuning, "
-            "with another preset or --set results/tuning-smoke or -changed."
+            help="Gets a folder named like the search, with the trials (CSV) and the entry that was found "
+            "(YAML); default results/tuning, with another preset or --set results/tuning-smoke or -changed."
         ),
     ] = None,
     runs: Runs = RUNS,
@@ -183,17 +184,14 @@ def tune(
     out = out or Path(f"results/tuning{changed}")
     require_folder(out)
     with starting(f"tuning {tuning.run.agent} in {tuning.trials} trials, results in {out}", quiet):
-        from crawler_bench.benchmark.entries import tuned_entry
-        from crawler_bench.output.csv_files import write_csv
+        from crawler_bench.benchmark.entries import write_search
         from crawler_bench.runs.machines.engines import Workers
         from crawler_bench.runs.tuning import tune as search
+    started = time.monotonic()
     best, trials, importance = search(tuning, runs, jobs=Workers(jobs, on), quiet=quiet, say=logger(quiet))
-    out.mkdir(parents=True, exist_ok=True)
-    write_csv(trials, out / f"{tuning.name}.csv")
-    write_csv(importance, out / f"{tuning.name}-importance.csv")
-    (out / f"{tuning.name}-tuned.yaml").write_text(tuned_entry(tuning, best))
+    entry = write_search(tuning, best, trials, importance, out / tuning.name, started)
     print_frame(importance)
-    console.print(f"{out / tuning.name}-tuned.yaml, an entry: {best.settings}", markup=False, soft_wrap=True)
+    console.print(f"{entry}, an entry: {best.settings}", markup=False, soft_wrap=True)
     conclude("", preset is Preset.smoke, [])
 
 

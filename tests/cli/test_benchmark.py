@@ -106,6 +106,6 @@ def test_a_search_writes_its_trials_and_its_best(tmp_path):
     folders = ("--runs", tmp_path / "runs", "--out", tmp_path)
     done = crawler_bench("tune", "qlearning", "--preset", "smoke", *folders, *SHORTLY)
     assert done.exit_code == 0, done.output
-    assert len(pd.read_csv(tmp_path / "qlearning.csv")) == 6
-    assert "learning_rate" in (tmp_path / "qlearning-tuned.yaml").read_text()
-    assert len(pd.read_csv(tmp_path / "qlearning-importance.csv")) == 2
+    assert len(pd.read_csv(tmp_path / "qlearning" / "trials.csv")) == 6
+    assert "learning_rate" in (tmp_path / "qlearning" / "qlearning-tuned.yaml").read_text()
+    assert len(pd.read_csv(tmp_path / "qlearning" / "importance.csv")) == 2
