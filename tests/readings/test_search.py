@@ -75,6 +75,13 @@ def test_the_nearest_of_each_number_of_constants_take_turns():
     assert [each.name for each in best(trials, 2)] == names[:2]
 
 
+def test_where_every_trial_is_hopeless_the_nearest_of_them_are_tried_again():
+    trials = rows(
+        ("far", False, 5, 2.0, 3.0, "too few", ""), ("near", False, 5, 1.1, 1.2, "random is fast", "")
+    )
+    assert [each.name for each in best(trials, 1)] == ["near"]
+
+
 def test_a_trial_runs_the_other_gaits_with_fewer_seeds(bases):
     runs = try_reading(LEADS[1], bases, (0, 1), fewest=(), paired=1).runs
     assert runs.groupby("experiment").size().to_dict() == {REGULARIZED: 2, UNREGULARIZED: 1, UNTRAINED: 1}
@@ -118,6 +125,7 @@ def test_a_search_goes_on_where_it_stopped(bases, tmp_path):
     longer, _ = search(3)
     pd.testing.assert_frame_equal(first, longer.head(2))
     assert json.loads(first["changes"][0]) == LEADS[0].changes
+    assert (first["seconds"] > 0).all()
 
 
 def test_most_trials_are_drawn_at_random(bases, tmp_path, monkeypatch):
@@ -139,6 +147,7 @@ def test_later_rounds_look_up_what_is_finished(bases, tmp_path):
     options = {"seeds": (0, 1), "folder": tmp_path, "jobs": 1, "say": said.append}
     found = run_again(LEADS[:1], bases, **options)
     assert found["n"].tolist() == [2]
+    assert found["seconds"][0] > 0
     (kept,) = tmp_path.glob("*.json")
     kept.write_text(json.dumps(json.loads(kept.read_text()) | {"score": -1.0}))
     assert run_again(LEADS[:1], bases, **options)["score"].tolist() == [-1.0]

@@ -1,6 +1,5 @@
 """The whole search, stage by stage, and its results folder; see search/rounds.py for the rule."""
 
-import resource
 import time
 from collections.abc import Callable, Mapping
 from pathlib import Path
@@ -72,7 +71,12 @@ def search(
         save(front(trials, finals), draft, "front")
         save(trapping(trials, again, finals), draft, "trapping")
         store.write_command(draft)
-        store.write_manifest(draft, started, seeds=size.search_seeds, cpu_seconds=_cpu_seconds())
+        hours = (
+            sum(frame.get("seconds", pd.Series(dtype=float)).sum() for frame in (trials, again, finals))
+            / 3600
+        )
+        store.write_manifest(draft, started, seeds=size.search_seeds, core_hours=round(hours, 2))
+    say(f"all {len(trials) + len(again) + len(finals)} trials took {hours:.2g} hours of one core")
     return finals
 
 
@@ -80,9 +84,3 @@ def _first(again: pd.DataFrame, number: int) -> list[Reading]:
     """The first by the rule of the finals."""
     by_name = {each.name: each for each in best(again, len(again))}
     return [by_name[name] for name in ordered_finals(again)["reading"] if name in by_name][:number]
-
-
-def _cpu_seconds() -> float:
-    """Processor time of this process and of its workers that have ended."""
-    used = [resource.getrusage(who) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)]
-    return sum(each.ru_utime + each.ru_stime for each in used)

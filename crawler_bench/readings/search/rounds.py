@@ -20,6 +20,7 @@ good on its seeds; stages 2 and 3 are not.
 
 import json
 import os
+import time
 from collections.abc import Callable, Mapping, Sequence
 from functools import cache
 from pathlib import Path
@@ -71,7 +72,7 @@ def run_trials(
         say: told how far the search is.
 
     Returns:
-        One row per trial, see `row`.
+        One row per trial, see `finished`.
     """
     journal.parent.mkdir(parents=True, exist_ok=True)
     if not journal.exists():
@@ -129,10 +130,14 @@ def _work(journal: Path, bases: Mapping[str, RunConfig], seeds: tuple[int, ...],
 
 
 def finished(journal: Path) -> pd.DataFrame:
-    """One row per finished trial, in order; see `row`."""
+    """One row per finished trial, in order: what `row` keeps, and the seconds of a core that it took."""
     states = (optuna.trial.TrialState.COMPLETE,)
     done = _study(journal, 0).get_trials(deepcopy=False, states=states)
-    return pd.DataFrame([json.loads(each.user_attrs["row"]) for each in done])
+    rows = []
+    for each in done:
+        assert each.duration is not None  # it is complete
+        rows.append(json.loads(each.user_attrs["row"]) | {"seconds": each.duration.total_seconds()})
+    return pd.DataFrame(rows)
 
 
 def row(trial: Trial, bases: Mapping[str, RunConfig]) -> dict[str, Any]:
@@ -207,9 +212,10 @@ def _failures(trial: Trial, ratio: float | None) -> list[str]:
 
 def best(trials: pd.DataFrame, number: int) -> list[Reading]:
     """The nearest for each number of free constants, then the second nearest for each, and so on."""
-    completed = (
-        trials[trials["stopped"] == ""].drop_duplicates("changes").sort_values("distance", kind="stable")
-    )
+    completed = trials[trials["stopped"] == ""]
+    if completed.empty:  # few trials, all hopeless: the nearest of these
+        completed = trials
+    completed = completed.drop_duplicates("changes").sort_values("distance", kind="stable")
     place = completed.groupby("free").cumcount()
     ordered = completed.assign(place=place).sort_values(["place", "free"], kind="stable")
     return [
@@ -246,7 +252,7 @@ def run_again(
         least: share of the regularized runs that has to find the wiring for the other gaits to be run.
 
     Returns:
-        One row per reading, see `row`.
+        One row per reading: what `row` keeps, and the seconds of a core that it took.
     """
     folder.mkdir(parents=True, exist_ok=True)
     tasks = (delayed(_again)(each, dict(bases), tuple(seeds), folder, least) for each in readings)
@@ -266,9 +272,10 @@ def _again(
     if path.is_file():
         known: dict[str, Any] = json.loads(path.read_text())
         return known
+    began = time.process_time()
     fewest, all_seeds = ((len(seeds), least),), len(seeds)
     trial = try_reading(reading, bases, seeds, fewest=fewest, paired=all_seeds, patient=not least)
-    found = row(trial, bases)
+    found = row(trial, bases) | {"seconds": time.process_time() - began}
     draft = path.with_suffix(f".{os.getpid()}")
     draft.write_text(json.dumps(found))
     draft.replace(path)
