@@ -1,4 +1,4 @@
-"""What docs/benchmark.md says one can do, done as it says."""
+"""What docs/comparing.md says one can do, done as it says."""
 
 import re
 import subprocess
@@ -15,7 +15,7 @@ import crawler_bench
 from crawler_bench.config.files import AGENTS_GROUP
 
 ROOT = Path(__file__).parents[2]
-DOCUMENT = (ROOT / "docs" / "benchmark.md").read_text()
+DOCUMENT = (ROOT / "docs" / "comparing.md").read_text()
 SHORT = "starts=2 warm_up=5 duration=40 settle=10 gait=40 evaluation.noise=[0,0.1] decisions=3000".split()
 
 
