@@ -2,10 +2,25 @@
 
 import json
 import shutil
+import time
 import zipfile
 from pathlib import Path
 
 from stable_baselines3.common.save_util import data_to_json
+
+from crawler_bench.config.schema import RunConfig, override
+from crawler_bench.runs import store
+from crawler_bench.runs.folders import checksums
+
+SHORT = {
+    "starts": 1,
+    "warm_up": 1,
+    "duration": 2,
+    "settle": 1,
+    "gait": 2,
+    "evaluation.noise": [0],
+    "decisions": 64,
+}
 
 EVIL = """
 from pathlib import Path
@@ -36,3 +51,32 @@ def poison(path: Path, marker: Path) -> None:
                 content = json.dumps(data).encode()
             new.writestr(name, content)
     shutil.move(poisoned, path)
+
+
+def run_of(agent: str, folder: Path, **changes) -> Path:
+    """A sealed run folder of an agent that nobody has trained."""
+    folder.mkdir()
+    store.write_config(folder, override(RunConfig(), {"agent": agent} | SHORT | changes, "test"), 0)
+    (folder / "learning.csv").write_text("decisions,gradient_updates,time,distance,policy\n")
+    (folder / "agent.json").write_text("{}")
+    store.write_manifest(folder, time.monotonic())
+    checksums.seal(folder, folder.name)
+    return folder
+
+
+def results_of(folder: Path, agent: str, entry: str) -> Path:
+    """A results folder with one run of an agent, and its entry."""
+    (folder / "entries").mkdir(parents=True)
+    run = {
+        "agent": agent,
+        "mode": "deterministic",
+        "regularization": 0.0,
+        "seed": 0,
+        "hash": "ab",
+        "run": "r",
+    }
+    header, row = ",".join(run), ",".join(f'"{value}"' for value in run.values())
+    for name in ("runs", "evaluations", "curves", "summary"):
+        (folder / f"{name}.csv").write_text(f"{header}\n{row if name == 'runs' else ''}\n")
+    (folder / "entries" / f"{Path(agent).name}.yaml").write_text(entry)
+    return folder

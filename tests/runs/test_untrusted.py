@@ -2,9 +2,7 @@
 
 import io
 import pickle
-import time
 import zipfile
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -15,32 +13,11 @@ from crawler_bench.config.schema import ConfigError, RunConfig, override, to_yam
 from crawler_bench.runs import store, training
 from crawler_bench.runs.agent import agent_class
 from crawler_bench.runs.evaluation import evaluate
-from crawler_bench.runs.folders import checksums
 from crawler_bench.runs.policy_table import action_table
 from crawler_bench.runs.untrusted import MOST_UNPACKED, agents_of, inside, require_bounded, require_trust
-from tests.runs.malice import Payload, poison
+from tests.runs.malice import SHORT, Payload, poison, results_of, run_of
 
-SHORT = {
-    "starts": 1,
-    "warm_up": 1,
-    "duration": 2,
-    "settle": 1,
-    "gait": 2,
-    "evaluation.noise": [0],
-    "decisions": 64,
-}
 SETTINGS = {"ppo": {"n_steps": 32, "batch_size": 32, "n_epochs": 1}, "dqn": {"learning_starts": 8}}
-
-
-def run_of(agent: str, folder: Path, **changes) -> Path:
-    """A sealed run folder of an agent that nobody has trained."""
-    folder.mkdir()
-    store.write_config(folder, override(RunConfig(), {"agent": agent} | SHORT | changes, "test"), 0)
-    (folder / "learning.csv").write_text("decisions,gradient_updates,time,distance,policy\n")
-    (folder / "agent.json").write_text("{}")
-    store.write_manifest(folder, time.monotonic())
-    checksums.seal(folder, folder.name)
-    return folder
 
 
 def test_a_class_that_a_run_folder_names_is_not_imported_unasked(tmp_path, marker):
@@ -97,24 +74,6 @@ def test_names_that_are_ours_or_installed_need_no_trust(tmp_path):
     require_trust(["qlearning", "agents.deep:PPO"], tmp_path)
     with pytest.raises(ConfigError):
         require_trust(["subprocess:Popen"], tmp_path)
-
-
-def results_of(folder: Path, agent: str, entry: str) -> Path:
-    """A results folder with one run of an agent, and its entry."""
-    (folder / "entries").mkdir(parents=True)
-    run = {
-        "agent": agent,
-        "mode": "deterministic",
-        "regularization": 0.0,
-        "seed": 0,
-        "hash": "ab",
-        "run": "r",
-    }
-    header, row = ",".join(run), ",".join(f'"{value}"' for value in run.values())
-    for name in ("runs", "evaluations", "curves", "summary"):
-        (folder / f"{name}.csv").write_text(f"{header}\n{row if name == 'runs' else ''}\n")
-    (folder / "entries" / f"{Path(agent).name}.yaml").write_text(entry)
-    return folder
 
 
 def test_reproducing_a_cell_reads_nothing_outside_the_results(tmp_path, marker):
