@@ -19,12 +19,14 @@ Continue = Annotated[
 ]
 
 
-def go_on(run: Path, save_every: int, eval_every: int, tensorboard: Path | None, quiet: bool) -> None:
+def go_on(
+    run: Path, save_every: int, eval_every: int, tensorboard: Path | None, trust: bool, quiet: bool
+) -> None:
     """Finish an unfinished run, and print its folder."""
     with starting(f"going on with {run}", quiet):
-        from crawler_bench.runs.checkpoints import Habits
-        from crawler_bench.runs.checkpoints import go_on as finish
-    folder = finish(run, Habits(save_every, eval_every, tensorboard))
+        from crawler_bench.runs.long.running import Habits
+        from crawler_bench.runs.long.running import go_on as finish
+    folder = finish(run, Habits(save_every, eval_every, tensorboard), trust=trust)
     console.print(str(folder), markup=False, soft_wrap=True)
 
 

@@ -7,6 +7,7 @@ import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from types import FrameType
+from typing import Any
 
 SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 PATIENCE = 4.0  # seconds to end in order; then the process ends without
@@ -26,7 +27,8 @@ def ended_by_signals() -> Iterator[None]:
         received = signal.Signals(number)
         for each in SIGNALS:
             signal.signal(each, signal.SIG_IGN)
-        timer = threading.Timer(PATIENCE, _end_now, (128 + number,))
+        sys.unraisablehook = _say_unless_ended
+        timer = threading.Timer(PATIENCE, _end_now, (received,))
         timer.daemon = True
         timer.start()
         raise _Ended
@@ -39,16 +41,28 @@ def ended_by_signals() -> Iterator[None]:
     try:
         yield
     except _Ended:
-        text = f"interrupted by {received.name}; the same command goes on from the runs that are finished"
-        print(f"crawler-bench: {text}", file=sys.stderr)
+        _say(received)
         sys.exit(128 + received)
     finally:
         for each, handler in before.items():
             signal.signal(each, handler)
 
 
-def _end_now(code: int) -> None:
+def _say(received: signal.Signals) -> None:
+    text = f"interrupted by {received.name}; the same command goes on from the runs that are finished"
+    print(f"crawler-bench: {text}", file=sys.stderr, flush=True)
+
+
+def _say_unless_ended(unraisable: Any) -> None:
+    """Python prints what C code that calls it cannot pass on; of the end of a command it must not."""
+    if not isinstance(unraisable.exc_value, _Ended):
+        sys.__unraisablehook__(unraisable)
+
+
+def _end_now(received: signal.Signals) -> None:
+    """End without order, as where C code, such as the compiler's, has swallowed the end."""
     from crawler_bench.runs.machines.engines import end_workers
 
     end_workers()
-    os._exit(code)
+    _say(received)
+    os._exit(128 + received)

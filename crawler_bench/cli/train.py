@@ -23,6 +23,7 @@ from crawler_bench.cli.options import (
     Quiet,
     Seeds,
     Set,
+    Trust,
     require_folder,
     resized,
 )
@@ -57,20 +58,21 @@ def train(
     eval_every: EvalEvery = 0,
     tensorboard: Tensorboard = None,
     continue_: Continue = None,
+    trust: Trust = False,
     quiet: Quiet = False,
 ) -> None:
     """Train an agent, once for each seed; prints the run folders."""
     if continue_ is not None:
         require_alone(agent, config, seed, seeds, set_)
-        go_on(continue_, save_every, eval_every, tensorboard, quiet)
+        go_on(continue_, save_every, eval_every, tensorboard, trust, quiet)
         return
-    experiment = experiment_to_train(agent, config, preset, seed, seeds, set_)
+    experiment = experiment_to_train(agent, config, preset, seed, seeds, set_, trust)
     require_folder(out)
     runs = list(experiment.runs())
     with starting(f"training {experiment.run.agent}, run folders in {out}", quiet):
         from crawler_bench.runs import store
         from crawler_bench.runs.agent import agent_class
-        from crawler_bench.runs.checkpoints import Habits, train_long
+        from crawler_bench.runs.long.running import Habits, train_long
         from crawler_bench.runs.training import train as train_run
 
         agent_class(experiment.run.agent)
@@ -95,15 +97,17 @@ def experiment_to_train(
     seed: int | None,
     seeds: str | None,
     set_: list[str] | None,
+    trust: bool = False,
 ) -> "Experiment":
     """What the words of the command line ask to train.
 
     Raises:
-        ConfigError: if two of them contradict each other.
+        ConfigError: if two of them contradict each other, or a file names a class that is not to be imported.
     """
     from crawler_bench.config.errors import ConfigError
     from crawler_bench.config.files import agent_spec, find_config, load_experiment, parse_assignments
     from crawler_bench.config.schema import Experiment, RunConfig, override
+    from crawler_bench.runs.untrusted import agents_of, require_trust
 
     if seeds is not None and seed is not None:
         raise ConfigError("--seed and --seeds exclude each other: give one of them")
@@ -120,6 +124,8 @@ def experiment_to_train(
         raise ConfigError(
             f"{config} says `agent: {stated}`, the command line {agent}: leave one of the two out"
         )
+    if config is not None and not trust:
+        require_trust(agents_of(experiment), path, [agent] if agent else [])
     run = experiment.run.model_copy(update={"agent": stated or agent or RunConfig().agent})
     has_seeds = "seeds" in experiment.model_fields_set
     experiment = experiment.model_copy(update={"run": run} | ({} if has_seeds else {"seeds": (0,)}))

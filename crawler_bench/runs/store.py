@@ -164,6 +164,7 @@ def make(
         Busy: if another process is making it, and `wait` is false.
     """
     if folder.exists() and not checksums.damage(folder, folder.name, of=of):
+        claims.drop_dead(folder)  # of a process that was killed when the folder was there already
         return
     with claims.claim(folder, wait):
         if folder.exists():

@@ -58,8 +58,12 @@ def inside(folder: Path, *names: str) -> Path:
     return path
 
 
-def require_bounded(path: Path) -> None:
+def require_bounded(path: Path, most: int = MOST_UNPACKED) -> None:
     """Refuse an archive that unpacks to more than any of ours.
+
+    Args:
+        path: the archive.
+        most: bytes that it may hold.
 
     Raises:
         ValueError: saying how large it is.
@@ -67,8 +71,8 @@ def require_bounded(path: Path) -> None:
     """
     with zipfile.ZipFile(path) as archive:
         size = sum(each.file_size for each in archive.infolist())
-    if size > MOST_UNPACKED:
-        raise ValueError(f"it unpacks to {size:,} bytes; at most {MOST_UNPACKED:,} are read")
+    if size > most:
+        raise ValueError(f"{path.name} unpacks to {size:,} bytes; at most {most:,} are read")
 
 
 def load_weights(agent: Any, path: Path) -> None:

@@ -80,3 +80,22 @@ def test_a_signal_ends_all_workers_and_says_what_goes_on(tmp_path, number):
     while alive := [worker.name for worker in workers if running(worker.name)]:
         assert time.monotonic() < deadline, alive
         time.sleep(0.05)
+
+
+SWALLOWING = """
+import ctypes, signal, time
+from crawler_bench.cli import signals
+signals.PATIENCE = 0.2
+with signals.ended_by_signals():
+    ctypes.CFUNCTYPE(None)(lambda: signal.raise_signal(signal.SIGTERM))()
+    time.sleep(60)
+"""
+
+
+def test_an_end_that_c_code_swallows_comes_a_little_later():
+    done = subprocess.run(
+        [sys.executable, "-c", SWALLOWING], cwd=ROOT, capture_output=True, text=True, timeout=50, check=False
+    )
+    assert done.returncode == 128 + signal.SIGTERM
+    ended = "interrupted by SIGTERM; the same command goes on from the runs that are finished"
+    assert done.stderr.splitlines() == [f"crawler-bench: {ended}"]

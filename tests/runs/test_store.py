@@ -158,6 +158,17 @@ def test_what_another_process_makes_is_not_made_twice(tmp_path):
     store.make(folder, write_number, wait=False)
 
 
+def test_who_died_after_the_folder_was_there_leaves_no_claim_for_long(tmp_path):
+    folder = tmp_path / "run"
+    store.make(folder, write_number)
+    (tmp_path / ".claim-run").touch()  # what a killed process leaves
+    store.make(folder, write_number)
+    assert [path.name for path in tmp_path.iterdir()] == ["run"]
+    with claims.claim(folder):  # of a living one: for example because it thinks the folder damaged
+        store.make(folder, write_number)
+        assert (tmp_path / ".claim-run").is_file()
+
+
 def test_a_name_from_elsewhere_stays_in_its_folder():
     run = RUN.model_copy(update={"agent": "still"})
     for name in ("../../elsewhere", "a/b", "a\nb"):

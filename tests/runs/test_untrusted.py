@@ -1,17 +1,11 @@
 """Other people's files: whatever they hold, nothing of it is run; each payload here would write a marker."""
 
 import io
-import json
 import pickle
-import shutil
-import sys
-import time
 import zipfile
-from pathlib import Path
 
 import numpy as np
 import pytest
-from stable_baselines3.common.save_util import data_to_json
 
 from crawler_bench.benchmark.reproduce_cell import reproduce
 from crawler_bench.config.files import load_experiment, load_tuning
@@ -19,55 +13,12 @@ from crawler_bench.config.schema import ConfigError, RunConfig, override, to_yam
 from crawler_bench.runs import store, training
 from crawler_bench.runs.agent import agent_class
 from crawler_bench.runs.evaluation import evaluate
-from crawler_bench.runs.folders import checksums
 from crawler_bench.runs.live import live
 from crawler_bench.runs.policy_table import action_table
 from crawler_bench.runs.untrusted import MOST_UNPACKED, agents_of, inside, require_bounded, require_trust
+from tests.runs.malice import SHORT, Payload, poison, results_of, run_of
 
-SHORT = {
-    "starts": 1,
-    "warm_up": 1,
-    "duration": 2,
-    "settle": 1,
-    "gait": 2,
-    "evaluation.noise": [0],
-    "decisions": 64,
-}
 SETTINGS = {"ppo": {"n_steps": 32, "batch_size": 32, "n_epochs": 1}, "dqn": {"learning_starts": 8}}
-EVIL = """
-from pathlib import Path
-Path({marker!r}).write_text("run")
-from agents.reference import Random as Evil
-"""
-
-
-@pytest.fixture
-def marker(tmp_path, monkeypatch):
-    """A file that is there once a payload has run; the payload's module can be imported."""
-    path = tmp_path / "marker"
-    (tmp_path / "evil_agent.py").write_text(EVIL.format(marker=str(path)))
-    monkeypatch.syspath_prepend(str(tmp_path))
-    monkeypatch.delitem(sys.modules, "evil_agent", raising=False)
-    return path
-
-
-class Payload:
-    def __init__(self, path: Path) -> None:
-        self.path = path
-
-    def __reduce__(self):
-        return Path.write_text, (self.path, "run")
-
-
-def run_of(agent: str, folder: Path, **changes) -> Path:
-    """A sealed run folder of an agent that nobody has trained."""
-    folder.mkdir()
-    store.write_config(folder, override(RunConfig(), {"agent": agent} | SHORT | changes, "test"), 0)
-    (folder / "learning.csv").write_text("decisions,gradient_updates,time,distance,policy\n")
-    (folder / "agent.json").write_text("{}")
-    store.write_manifest(folder, time.monotonic())
-    checksums.seal(folder, folder.name)
-    return folder
 
 
 def test_a_class_that_a_run_folder_names_is_not_imported_unasked(tmp_path, marker):
@@ -91,15 +42,7 @@ def test_an_archive_is_read_without_pickle(tmp_path, marker, agent):
     folder = training.train(config, 0, tmp_path / "runs")
     learned, _ = training.learn(config, 0)
     path = folder / "agent.zip"
-    poisoned = tmp_path / "poisoned.zip"
-    with zipfile.ZipFile(path) as old, zipfile.ZipFile(poisoned, "w") as new:
-        for name in old.namelist():
-            content = old.read(name)
-            if name == "data":
-                data = json.loads(content) | json.loads(data_to_json({"evil": Payload(marker)}))
-                content = json.dumps(data).encode()
-            new.writestr(name, content)
-    shutil.copy(poisoned, path)
+    poison(path, marker)
     read = training.load_agent(folder, config)
     assert not marker.exists()
     for mode in ("deterministic", "stochastic"):
@@ -138,24 +81,6 @@ def test_names_that_are_ours_or_installed_need_no_trust(tmp_path):
         require_trust(["subprocess:Popen"], tmp_path)
 
 
-def results_of(folder: Path, agent: str, entry: str) -> Path:
-    """A results folder with one run of an agent, and its entry."""
-    (folder / "entries").mkdir(parents=True)
-    run = {
-        "agent": agent,
-        "mode": "deterministic",
-        "regularization": 0.0,
-        "seed": 0,
-        "hash": "ab",
-        "run": "r",
-    }
-    header, row = ",".join(run), ",".join(f'"{value}"' for value in run.values())
-    for name in ("runs", "evaluations", "curves", "summary"):
-        (folder / f"{name}.csv").write_text(f"{header}\n{row if name == 'runs' else ''}\n")
-    (folder / "entries" / f"{Path(agent).name}.yaml").write_text(entry)
-    return folder
-
-
 def test_reproducing_a_cell_reads_nothing_outside_the_results(tmp_path, marker):
     evil = to_yaml(RunConfig(agent="evil_agent:Evil", decisions=0))
     (tmp_path / "elsewhere.yaml").write_text(evil)
@@ -179,11 +104,14 @@ def test_a_name_with_dots_is_no_way_out(tmp_path):
 
 def test_no_archive_unpacks_beyond_a_bound(tmp_path):
     path = tmp_path / "bomb.zip"
-    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive, archive.open("zeros", "w") as file:
+    with (
+        zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as archive,
+        archive.open("zeros", "w") as file,
+    ):
         for _ in range(MOST_UNPACKED // 2**24 + 1):
             file.write(bytes(2**24))
-    assert path.stat().st_size < 2**20
-    with pytest.raises(ValueError, match="it unpacks to"):
+    assert path.stat().st_size < 2**21
+    with pytest.raises(ValueError, match="unpacks to"):
         require_bounded(path)
     buffer = io.BytesIO()
     np.savez_compressed(buffer, small=np.zeros(5))

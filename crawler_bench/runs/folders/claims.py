@@ -49,6 +49,13 @@ def claim(folder: Path, wait: bool = True) -> Iterator[None]:
         lock.release()
 
 
+def drop_dead(folder: Path) -> None:
+    """Remove the claim to a folder if its owner is dead."""
+    if _lock_file(folder).exists():
+        with suppress(Busy, OSError), claim(folder, wait=False):
+            pass
+
+
 def _lock_file(folder: Path) -> Path:
     return folder.parent / f"{_CLAIM}{folder.name}"
 
