@@ -116,9 +116,11 @@ def certify(
     jobs: Jobs = 0,
 ) -> None:
     """Certify again that no change of one or two entries improves the best known tables."""
+    from crawler_bench.config.errors import ConfigError
+
     entries = sorted((results / "entries").glob("*.yaml"))
     if not entries or not (results / "ceilings.csv").is_file():
-        raise ValueError(
+        raise ConfigError(
             f"{results} holds no ceilings.csv with entries; `crawler-bench benchmark` writes both"
         )
     with starting(f"certifying the best tables of {results}, several minutes"):

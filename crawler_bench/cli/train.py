@@ -23,6 +23,7 @@ from crawler_bench.cli.options import (
     Quiet,
     Seeds,
     Set,
+    Trust,
     require_folder,
     resized,
 )
@@ -57,30 +58,37 @@ def train(
     eval_every: EvalEvery = 0,
     tensorboard: Tensorboard = None,
     continue_: Continue = None,
+    trust: Trust = False,
     quiet: Quiet = False,
 ) -> None:
     """Train an agent, once for each seed; prints the run folders."""
     if continue_ is not None:
         require_alone(agent, config, seed, seeds, set_)
-        go_on(continue_, save_every, eval_every, tensorboard, quiet)
+        go_on(continue_, (save_every, eval_every, tensorboard), trust, quiet)
         return
     experiment = experiment_to_train(agent, config, preset, seed, seeds, set_)
+    if config is not None:
+        from crawler_bench.runs.untrusted import agents_of, require_trust
+
+        require_trust(agents_of(experiment), Path(config), agents_of(experiment) if trust else {agent or ""})
     require_folder(out)
     runs = list(experiment.runs())
     with starting(f"training {experiment.run.agent}, run folders in {out}", quiet):
         from crawler_bench.runs import store
         from crawler_bench.runs.agent import agent_class
-        from crawler_bench.runs.checkpoints import Habits, train_long
+        from crawler_bench.runs.checkpoints import Habits, require_possible, train_long
         from crawler_bench.runs.training import train as train_run
 
         agent_class(experiment.run.agent)
+        habits = Habits(save_every, eval_every, tensorboard)
+        if habits.any:
+            require_possible(experiment.run, habits)
         folders = [store.run_folder(out, run, each) for run, each in runs]
     logger(quiet)(_plan(runs, folders, out))
     for number, (run, each) in enumerate(runs, 1):
         name = f"training {number}/{len(runs)} (seed {each})"
         silent = quiet or store.is_run(folders[number - 1])
         with phase(name, run.decisions, "decisions", silent) as progress:
-            habits = Habits(save_every, eval_every, tensorboard)
             if habits.any:
                 folder = train_long(run, each, out, habits, progress)
             else:

@@ -12,6 +12,7 @@ import time
 import warnings
 import zipfile
 from dataclasses import dataclass
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -23,7 +24,7 @@ from crawler_bench.config.schema import RunConfig
 from crawler_bench.runs import store
 from crawler_bench.runs.agent import Agent, agent_class, is_stable_baselines
 from crawler_bench.runs.training import LearningRecorder, Progress, learn, make_agent, make_env, train
-from crawler_bench.runs.untrusted import load_weights
+from crawler_bench.runs.untrusted import load_weights, require_trust
 
 UNFINISHED = ".unfinished"  # behind the name of the run's folder
 BUFFER = ("observations", "next_observations", "actions", "rewards", "dones", "timeouts")
@@ -62,13 +63,7 @@ def train_long(config: RunConfig, seed: int, root: Path, habits: Habits, progres
     Raises:
         ConfigError: if the agent is not one of Stable-Baselines3.
     """
-    if not is_stable_baselines(agent_class(config.agent)):
-        raise ConfigError(
-            f"{config.agent} is no agent of Stable-Baselines3, and only those save, evaluate and log on the "
-            "way; a table learns in seconds: train it without --save-every, --eval-every, --tensorboard"
-        )
-    if habits.tensorboard is not None:
-        _require_tensorboard()
+    require_possible(config, habits)
     final = store.run_folder(root, config, seed)
     place = final.with_name(final.name + UNFINISHED)
 
@@ -80,40 +75,45 @@ def train_long(config: RunConfig, seed: int, root: Path, habits: Habits, progres
     return folder
 
 
-def go_on(folder: Path, habits: Habits, progress: Progress = None) -> Path:
-    """Go on with an unfinished run.
+def read_unfinished(folder: Path, trust: bool = False) -> tuple[RunConfig, int, Habits]:
+    """An unfinished run: its configuration, its seed, and how often it is saved.
 
     Args:
         folder: of the run, with or without ".unfinished" behind its name.
-        habits: from here on; without `save_every` it saves as often as before.
-        progress: is told the number of decisions that are done.
-
-    Returns:
-        The folder of the finished run.
+        trust: import its agent, whatever it is.
 
     Raises:
-        NotARunError: if there is no such run, or its code or configuration has changed since.
+        ConfigError: if there is no such run, or its agent is not to be imported because a file says so.
+        NotARunError: if it is damaged, or its code has changed since.
     """
     name = folder.name.removesuffix(UNFINISHED)
-    place = folder.with_name(name + UNFINISHED)
-    if store.is_run(folder.with_name(name)):
-        return folder.with_name(name)
-    config, seed = store.read_run(place / "checkpoint")
+    saved = folder.with_name(name + UNFINISHED) / "checkpoint"
+    if not store.is_run(saved):
+        raise ConfigError(f"{folder} has no checkpoint to go on from: train it from the start")
+    config, seed = store.read_run(saved)
+    require_trust([config.agent], saved / store.CONFIG, [config.agent] if trust else ())
     if store.run_folder(folder.parent, config, seed).name != name:
         raise store.NotARunError(
-            f"{place} was begun by other sources, with which it cannot go on; train it again from the start"
+            f"{folder} was begun by other sources, with which it cannot go on; train it again from the start"
         )
-    told = json.loads((place / "checkpoint" / store.MANIFEST).read_text())
-    kept = Habits(habits.save_every or int(told["save_every"]), habits.eval_every, habits.tensorboard)
-    return train_long(config, seed, folder.parent, kept, progress)
+    told = json.loads((saved / store.MANIFEST).read_text())
+    return config, seed, Habits(save_every=int(told["save_every"]))
 
 
-def _require_tensorboard() -> None:
-    from importlib.util import find_spec
+def require_possible(config: RunConfig, habits: Habits) -> None:
+    """Refuse habits that an agent cannot have, or this installation.
 
-    if find_spec("tensorboard") is None:
+    Raises:
+        ConfigError: saying what is missing.
+    """
+    if not is_stable_baselines(agent_class(config.agent)):
         raise ConfigError(
-            "--tensorboard needs the package tensorboard: pip install crawler-bench[tensorboard]"
+            f"{config.agent} is no agent of Stable-Baselines3, and only those save, evaluate and log on the "
+            "way; a table learns in seconds: train it without --save-every, --eval-every, --tensorboard"
+        )
+    if habits.tensorboard is not None and find_spec("tensorboard") is None:
+        raise ConfigError(
+            "--tensorboard needs the package tensorboard: pip install 'crawler-bench[tensorboard]'"
         )
 
 

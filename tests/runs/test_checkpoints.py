@@ -11,7 +11,7 @@ import pytest
 
 from crawler_bench.config.schema import ConfigError, RunConfig, override
 from crawler_bench.runs import checkpoints, store
-from crawler_bench.runs.checkpoints import UNFINISHED, Habits, go_on, train_long
+from crawler_bench.runs.checkpoints import UNFINISHED, Habits, read_unfinished, train_long
 from crawler_bench.runs.training import LearningRecorder, load_agent, train
 
 ON = {"settings.n_steps": 16, "settings.batch_size": 16, "settings.n_epochs": 1}
@@ -53,7 +53,9 @@ def test_a_killed_run_goes_on_as_if_nothing_had_been(name, tmp_path, monkeypatch
     kept = load_decisions(place)
     assert 400 - 100 - 32 <= kept < 400  # at most `save_every` and a rollout are lost
     np.random.seed(1)  # noqa: NPY002 (whatever else was drawn meanwhile must not matter)
-    folder = go_on(place, Habits())
+    found, seed, habits = read_unfinished(place)
+    assert (found, seed, habits) == (config, 3, Habits(save_every=100))
+    folder = train_long(found, seed, place.parent, habits)
     assert folder.name == whole.name
     assert not place.exists()
     np.testing.assert_array_equal(weights(folder, config), weights(whole, config))
@@ -102,5 +104,5 @@ def test_evaluations_and_events_are_left_where_one_looks_for_them(tmp_path):
 def test_what_cannot_go_on_is_refused_in_one_line(tmp_path):
     with pytest.raises(ConfigError, match="only those save, evaluate and log on the way"):
         train_long(RunConfig(agent="qlearning", decisions=10), 0, tmp_path, Habits(save_every=5))
-    with pytest.raises(store.NotARunError, match="does not exist"):
-        go_on(tmp_path / "nothing", Habits())
+    with pytest.raises(ConfigError, match="no checkpoint to go on from"):
+        read_unfinished(tmp_path / "nothing")
