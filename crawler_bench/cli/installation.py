@@ -41,7 +41,7 @@ def list_(json: Json = False) -> None:
     for keyhole, id_ in KEYHOLE_IDS.items():
         console.print(f"  {id_:31} {SHOWN[keyhole]}", markup=False, soft_wrap=True)
     console.print(
-        "[bold]configurations[/] (crawler-bench train --config NAME; of tuning/NAME: crawler-bench tune NAME)",
+        "[bold]configurations[/] (crawler-bench train --config NAME; tuning/NAME: crawler-bench tune NAME)",
         soft_wrap=True,
     )
     for name in names.configs():
