@@ -11,8 +11,10 @@ from crawler_bench.cli.errors import exit_code
 from crawler_bench.cli.options import find_modules_here
 from crawler_bench.cli.signals import ended_by_signals
 
+PROGRAM = "crawler-bench"
+
 app = typer.Typer(
-    name="crawler-bench",
+    name=PROGRAM,
     no_args_is_help=True,
     rich_markup_mode=None,  # help in boxes would take twice as long to appear
     pretty_exceptions_enable=False,
@@ -35,7 +37,7 @@ def _print_version(wanted: bool) -> None:
     if wanted:
         from crawler_bench import __version__
 
-        print(f"crawler-bench {__version__}")
+        print(f"{PROGRAM} {__version__}")
         raise typer.Exit()
 
 
@@ -50,7 +52,8 @@ def crawler_bench(
 
 def main() -> None:
     """Entry point of the command `crawler-bench`."""
+    sys.argv[0] = PROGRAM  # what a result says it was made with; as `python -m` it would be a file's name
     find_modules_here()
     with ended_by_signals():
-        code = exit_code(lambda: app(prog_name="crawler-bench", standalone_mode=False))
+        code = exit_code(lambda: app(prog_name=PROGRAM, standalone_mode=False))
     sys.exit(code)

@@ -101,6 +101,9 @@ def benchmark(
         known = find_ceilings(entries[0].run, levels, runs, effort, jobs=workers.processes, say=logger(quiet))
     found = run_benchmark(entries, runs, jobs=workers, quiet=quiet)
     others = find_recorded(runs, entries[0].run) if runs != RUNS else []
+    if others:
+        learners = ", ".join(dict.fromkeys(each.agent for each in others))
+        logger(quiet)(f"measuring what {learners} did, as recorded in {runs}")
     for missing in filter(None, map(unknown, others)):
         logger(quiet)(missing)
     found = with_recorded(found, others, entries[0].run)
@@ -116,9 +119,11 @@ def certify(
     jobs: Jobs = 0,
 ) -> None:
     """Certify again that no change of one or two entries improves the best known tables."""
+    from crawler_bench.config.errors import ConfigError
+
     entries = sorted((results / "entries").glob("*.yaml"))
     if not entries or not (results / "ceilings.csv").is_file():
-        raise ValueError(
+        raise ConfigError(
             f"{results} holds no ceilings.csv with entries; `crawler-bench benchmark` writes both"
         )
     with starting(f"certifying the best tables of {results}, several minutes"):

@@ -104,7 +104,9 @@ def phase(name: str, total: float, unit: str = "", quiet: bool = False) -> Itera
     """
     from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
-    started = said = time.monotonic()
+    from crawler_bench.runs.progress import format_duration
+
+    said, first = time.monotonic(), (0.0, -1.0)  # when progress was first told of, and how much there was
     count = TextColumn("{task.completed:,.0f}/{task.total:,.0f} " + unit)
     times = TimeElapsedColumn(), TextColumn("left"), TimeRemainingColumn()
     shown = notes.is_terminal and not quiet
@@ -122,13 +124,17 @@ def phase(name: str, total: float, unit: str = "", quiet: bool = False) -> Itera
             logger(quiet)(name)
 
         def advance(done: float) -> None:
-            nonlocal said
+            nonlocal said, first
             bar.update(task, completed=done)
             now = time.monotonic()
+            if first[1] < 0:
+                first = now, done  # what came before may have been compiling, or an earlier command
             if not shown and now - said > PATIENCE and 0 < done < total:
                 said = now
-                left = (now - started) * (total - done) / done
-                logger(quiet)(f"{name}: {done:,.0f}/{total:,.0f} {unit}, about {left:.0f} s left")
+                (began, before), left = first, ""
+                if done > before:
+                    left = f", about {format_duration((now - began) * (total - done) / (done - before))} left"
+                logger(quiet)(f"{name}: {done:,.0f}/{total:,.0f} {unit}{left}")
 
         yield advance
 

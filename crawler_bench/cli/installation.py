@@ -11,17 +11,24 @@ from crawler_bench.cli import names
 from crawler_bench.cli.console import console, print_json, print_table, starting
 from crawler_bench.cli.options import Json
 
+SHOWN = {
+    "index": "shows the index of the most contracted segment (Discrete)",
+    "one-hot": "shows the same as zeros and ones (Box)",
+    "strain": "shows the strain of every segment (Box)",
+    "state": "shows all that decides the future (Box)",
+}
+
 
 def list_(json: Json = False) -> None:
     """List agents, environments, configurations, policies and claims."""
-    import crawler_bench
+    from crawler_bench import KEYHOLE_IDS
     from crawler_bench.config.files import registered_agents
     from crawler_bench.paper.claims import CLAIMS
 
     agents, policies = registered_agents(), names.policies()
     if json:
         claims = {claim.name: claim.text for claim in CLAIMS}
-        environments = [crawler_bench.ENV_ID]
+        environments = list(KEYHOLE_IDS.values())
         print_json({
             "agents": agents, "environments": environments, "configurations": names.configs(),
             "policies": policies, "claims": claims,
@@ -29,9 +36,14 @@ def list_(json: Json = False) -> None:
         return
     console.print("[bold]agents[/] (crawler-bench train AGENT)")
     for name, spec in agents.items():
-        console.print(f"  {name:12} {spec}", markup=False)
-    console.print(f"[bold]environments[/] (gymnasium.make)\n  {crawler_bench.ENV_ID}")
-    console.print("[bold]configurations[/] (crawler-bench train --config NAME)")
+        console.print(f"  {name:{max(map(len, agents))}}  {spec}", markup=False)
+    console.print("[bold]environments[/] (gymnasium.make)")
+    for keyhole, id_ in KEYHOLE_IDS.items():
+        console.print(f"  {id_:31} {SHOWN[keyhole]}", markup=False, soft_wrap=True)
+    console.print(
+        "[bold]configurations[/] (crawler-bench train --config NAME; tuning/NAME: crawler-bench tune NAME)",
+        soft_wrap=True,
+    )
     for name in names.configs():
         console.print(f"  {name}", markup=False)
     console.print("[bold]policies[/] (crawler-bench render NAME)")

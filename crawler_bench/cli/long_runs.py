@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from crawler_bench.cli.console import console, starting
+from crawler_bench.cli.console import console, logger, phase, starting
 
 SaveEvery = Annotated[
     int, typer.Option(min=0, help="Decisions between two checkpoints (whole rollouts); a kill loses no more.")
@@ -19,14 +19,26 @@ Continue = Annotated[
 ]
 
 
-def go_on(
-    run: Path, save_every: int, eval_every: int, tensorboard: Path | None, trust: bool, quiet: bool
-) -> None:
-    """Finish an unfinished run, and print its folder."""
+def go_on(run: Path, habits: tuple[int, int, Path | None], trust: bool, quiet: bool) -> None:
+    """Finish an unfinished run, and print its folder.
+
+    Args:
+        run: its folder.
+        habits: --save-every (0: as often as before), --eval-every and --tensorboard.
+        trust: import its agent, whatever it is.
+        quiet: print the folder only.
+    """
     with starting(f"going on with {run}", quiet):
-        from crawler_bench.runs.long.running import Habits
-        from crawler_bench.runs.long.running import go_on as finish
-    folder = finish(run, Habits(save_every, eval_every, tensorboard), trust=trust)
+        from crawler_bench.runs.long.running import Habits, finished, read_unfinished, train_long
+    folder = finished(run)
+    if folder is not None:
+        logger(quiet)(f"{folder} is finished")
+    else:
+        config, seed, before = read_unfinished(run, trust)
+        save_every, eval_every, tensorboard = habits
+        kept = Habits(save_every or before.save_every, eval_every, tensorboard)
+        with phase(f"training (seed {seed})", config.decisions, "decisions", quiet) as progress:
+            folder = train_long(config, seed, run.parent, kept, progress)
     console.print(str(folder), markup=False, soft_wrap=True)
 
 

@@ -64,7 +64,7 @@ def train(
     """Train an agent, once for each seed; prints the run folders."""
     if continue_ is not None:
         require_alone(agent, config, seed, seeds, set_)
-        go_on(continue_, save_every, eval_every, tensorboard, trust, quiet)
+        go_on(continue_, (save_every, eval_every, tensorboard), trust, quiet)
         return
     experiment = experiment_to_train(agent, config, preset, seed, seeds, set_, trust)
     require_folder(out)
@@ -72,17 +72,19 @@ def train(
     with starting(f"training {experiment.run.agent}, run folders in {out}", quiet):
         from crawler_bench.runs import store
         from crawler_bench.runs.agent import agent_class
-        from crawler_bench.runs.long.running import Habits, train_long
+        from crawler_bench.runs.long.running import Habits, require_possible, train_long
         from crawler_bench.runs.training import train as train_run
 
         agent_class(experiment.run.agent)
+        habits = Habits(save_every, eval_every, tensorboard)
+        if habits.any:
+            require_possible(experiment.run, habits)
         folders = [store.run_folder(out, run, each) for run, each in runs]
     logger(quiet)(_plan(runs, folders, out))
     for number, (run, each) in enumerate(runs, 1):
         name = f"training {number}/{len(runs)} (seed {each})"
         silent = quiet or store.is_run(folders[number - 1])
         with phase(name, run.decisions, "decisions", silent) as progress:
-            habits = Habits(save_every, eval_every, tensorboard)
             if habits.any:
                 folder = train_long(run, each, out, habits, progress)
             else:

@@ -16,11 +16,14 @@ def verify(
     quiet: Quiet = False,
 ) -> None:
     """Check every file of finished results and runs against the checksums in their manifests."""
+    from crawler_bench.config.errors import ConfigError
     from crawler_bench.runs.folders.checksums import MANIFEST, added_to, damage
 
+    if not folder.is_dir():
+        raise ConfigError(f"{folder} is no folder: give one of results or runs")
     places = sorted(path.parent for path in folder.rglob(MANIFEST))
     if not places:
-        raise ValueError(f"{folder} holds no finished results: there is no {MANIFEST} in it")
+        raise ConfigError(f"{folder} holds no finished results or runs: there is no {MANIFEST} in it")
     failed = 0
     for place in places:
         if reason := damage(place):

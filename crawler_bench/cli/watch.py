@@ -25,7 +25,7 @@ def watch(
     stochastic: Annotated[bool, typer.Option(help="Draw actions instead of taking the best.")] = False,
     noise: Annotated[float, typer.Option(min=0, help="Largest error of a sensed strain, at first.")] = 0.0,
     seed: Annotated[int, typer.Option(min=0, help="Of draws, noise and kicks.")] = 0,
-    seconds: Annotated[float, typer.Option(help="Close after this time; 0 stays open.")] = 0.0,
+    seconds: Annotated[float, typer.Option(min=0, help="Close after this time; 0 stays open.")] = 0.0,
     trust: Trust = False,
 ) -> None:
     """Show a trained crawler in a window, live; keys change the noise and kick it."""

@@ -19,25 +19,33 @@ from crawler_bench.envs.crawler import CrawlerEnv
 EnvMakers = Sequence[Callable[[], gym.Env[Any, Any]]]
 
 
-def unwrap(makers: EnvMakers) -> tuple[list[CrawlerEnv], list[Monitor]]:
+def unwrap(makers: EnvMakers, kind: type[CrawlerEnv]) -> tuple[list[Any], list[Monitor]]:
     """Make the environments and take their wrappers off.
+
+    Args:
+        makers: one for each crawler.
+        kind: the class that each is to be of.
 
     Returns:
         The crawlers, and the monitor of each or, if none is monitored, none.
 
     Raises:
-        ValueError: if one is no crawler or has a wrapper that would be gone, or only some are monitored.
+        ValueError: if one is no such crawler or has a wrapper that would be gone, if two are the same, or
+            only some are monitored.
     """
-    crawlers, monitors = [], []
+    crawlers: list[Any] = []
+    monitors: list[Monitor] = []
     for make in makers:
         env = make()
         while isinstance(env, OrderEnforcing | PassiveEnvChecker | Monitor):
             if isinstance(env, Monitor):
                 monitors.append(env)
             env = env.env
-        if type(env) is not CrawlerEnv:
+        if type(env) is not kind:
             raise ValueError(f"crawlers are stepped together without {env}: use DummyVecEnv for that")
         crawlers.append(env)
+    if len(set(map(id, crawlers))) < len(crawlers):
+        raise ValueError("every function must make a crawler of its own")
     if monitors and len(monitors) != len(crawlers):
         raise ValueError("either every crawler is monitored, once, or none")
     return crawlers, monitors

@@ -15,8 +15,10 @@ from stable_baselines3.common.monitor import Monitor
 from stable_baselines3.common.vec_env import VecEnv
 from stable_baselines3.common.vec_env.base_vec_env import VecEnvIndices
 
-from crawler_bench import ENV_ID
+from crawler_bench import KEYHOLE_IDS
 from crawler_bench.envs.batch import CENTROID, REWARD, CrawlerBatch
+from crawler_bench.envs.crawler import CrawlerEnv
+from crawler_bench.envs.keyholes import INDEX
 from crawler_bench.envs.monitors import EnvMakers, EpisodeReports, unwrap
 from crawler_bench.envs.specification import with_longest_episode
 from crawler_bench.envs.transition import make_task, most_decisions
@@ -38,8 +40,8 @@ class CrawlerVecEnv(VecEnv):
     `make_vec_env("crawler_bench/Crawler-v0", n_envs=64, vec_env_cls=CrawlerVecEnv)` makes one, too.
 
     The crawlers are rows of arrays and not objects: `get_attr` and `set_attr` know `parameters` and `spec`
-    (to read) and the numbers of the task, and keep whatever else is set; there are no methods for
-    `env_method`.
+    (to read) and the numbers of the task, and keep whatever else is set; `env_method` knows Gymnasium's
+    `get_wrapper_attr`, `set_wrapper_attr` and `has_wrapper_attr`, which do the same.
 
     An info is empty except where an episode ended: then it holds `terminal_observation`,
     `TimeLimit.truncated` (True: a crawler has no terminal state), and `end`, `time` and `centroid` as the
@@ -59,6 +61,8 @@ class CrawlerVecEnv(VecEnv):
             own.
     """
 
+    keyhole = INDEX
+
     def __init__(
         self,
         num_envs: int | EnvMakers = 8,
@@ -72,7 +76,7 @@ class CrawlerVecEnv(VecEnv):
         given: Settings = (regularization, noise, episode_distance, time_limit)
         self._reports: EpisodeReports | None = None
         if isinstance(num_envs, Sequence):
-            crawlers, monitors = unwrap(num_envs)
+            crawlers, monitors = self._unwrap(num_envs)
             parameters = [each.parameters for each in crawlers]
             given = cast(Settings, tuple(map(list, zip(*(each.settings for each in crawlers), strict=True))))
             num_envs, render_mode = len(crawlers), crawlers[0].render_mode if crawlers else None
@@ -92,6 +96,9 @@ class CrawlerVecEnv(VecEnv):
         self._actions: NDArray[Any] = np.zeros(num_envs, dtype=np.int64)
         n = self.crawlers.n_segments
         super().__init__(num_envs, gym.spaces.Discrete(n), gym.spaces.Discrete(n))
+
+    def _unwrap(self, makers: EnvMakers) -> tuple[list[CrawlerEnv], list[Monitor]]:
+        return unwrap(makers, CrawlerEnv)
 
     def reset(self) -> NDArray[np.int64]:
         """Put every crawler to rest.
@@ -180,8 +187,8 @@ class CrawlerVecEnv(VecEnv):
 
     def _spec(self, attributes: dict[str, Any]) -> EnvSpec | None:
         """What `gym.make` needs to make such a crawler."""
-        spec = copy.deepcopy(gym.spec(ENV_ID))
-        spec.kwargs = {name: attributes[name] for name in ("parameters", *SETTINGS, "render_mode")}
+        spec = copy.deepcopy(gym.spec(KEYHOLE_IDS[self.keyhole]))
+        spec.kwargs |= {name: attributes[name] for name in ("parameters", *SETTINGS, "render_mode")}
         return with_longest_episode(spec, most_decisions(attributes["parameters"], attributes["time_limit"]))
 
     def set_attr(self, attr_name: str, value: Any, indices: VecEnvIndices = None) -> None:
@@ -205,11 +212,19 @@ class CrawlerVecEnv(VecEnv):
     def env_method(
         self, method_name: str, *method_args: Any, indices: VecEnvIndices = None, **method_kwargs: Any
     ) -> list[Any]:
-        """There are none.
+        """Get, set or look for an attribute, as with Gymnasium's wrappers; there are no other methods.
 
         Raises:
-            AttributeError: always.
+            AttributeError: if it is another method, or an attribute that is not there or cannot change.
         """
+        chosen = list(self._get_indices(indices))
+        if method_name == "get_wrapper_attr":
+            return self.get_attr(*method_args, indices=chosen, **method_kwargs)
+        if method_name == "set_wrapper_attr":
+            self.set_attr(*method_args[:2], indices=chosen)
+            return [True] * len(chosen)
+        if method_name == "has_wrapper_attr":
+            return [self.has_attr(*method_args, **method_kwargs)] * len(chosen)
         raise AttributeError(f"a crawler of a batch has no method {method_name!r}")
 
     def env_is_wrapped(

@@ -12,7 +12,7 @@ from typing import Any
 
 import gymnasium as gym
 import numpy as np
-from gymnasium.vector import VectorEnv, VectorWrapper
+from gymnasium.vector import AutoresetMode, VectorEnv, VectorWrapper
 
 from crawler_bench.envs.crawler import CrawlerEnv
 from crawler_bench.envs.transition import Task
@@ -144,12 +144,24 @@ class _RecordedVector(VectorWrapper):
     def __init__(self, env: Any, log: _Log) -> None:
         super().__init__(env)
         self.log = log
+        self._resets_next = env.metadata.get("autoreset_mode") is AutoresetMode.NEXT_STEP
+        self._ended = np.zeros(env.num_envs, dtype=np.bool_)
+
+    def reset(self, **named: Any) -> tuple[Any, dict[str, Any]]:
+        """Reset; nothing is left to be reset by the next step."""
+        self._ended[:] = False
+        return self.env.reset(**named)
 
     def step(self, actions: Any) -> tuple[Any, Any, Any, Any, dict[str, Any]]:
-        """Step, and count."""
-        observed = self.log.observed
+        """Step, and count; a step that resets a crawler decides nothing."""
+        observed, decided = self.log.observed, ~self._ended
         made = self.env.step(actions)
-        self.log.add(observed, actions, made[1], np.logical_or(made[2], made[3]))
+        ended = np.logical_or(made[2], made[3])
+        self.log.add(
+            observed[decided], np.asarray(actions)[decided], np.asarray(made[1])[decided], ended[decided]
+        )
+        if self._resets_next:
+            self._ended = ended
         return made
 
     def close(self, **named: Any) -> None:

@@ -99,6 +99,22 @@ def test_a_vector_of_crawlers_records_itself(tmp_path):
     np.testing.assert_array_equal(found.table[[2, 5, 7]].argmax(axis=1), CHOSEN[[2, 5, 7]])
 
 
+@pytest.mark.parametrize("mode", ["NextStep", "SameStep"])
+def test_a_step_that_resets_is_no_decision(tmp_path, mode):
+    """Where an episode ended, the next step of Gymnasium's default mode ignores its action."""
+    env = gym.make_vec(crawler_bench.ENV_ID, num_envs=2, time_limit=4.0, autoreset_mode=mode)
+    env = crawler_bench.record(env, tmp_path)
+    env.reset(seed=0)
+    ends = sum(env.step(np.array([3, 4]))[3].sum() for _ in range(100))
+    assert ends >= 8
+    env.close()
+    (found,) = find(tmp_path, RUN)
+    last = found.learning.iloc[-1]
+    assert last["decisions"] == 200 - (ends if mode == "NextStep" else 0)
+    assert last["episodes"] == ends
+    assert last["time"] == pytest.approx(last["decisions"] * RUN.parameters.decision_interval)
+
+
 def test_recording_changes_nothing(tmp_path):
     one, other = gym.make(crawler_bench.ENV_ID, noise=0.1), gym.make(crawler_bench.ENV_ID, noise=0.1)
     one = crawler_bench.record(one, tmp_path)

@@ -2,11 +2,12 @@
 
 from pathlib import Path
 
+import gymnasium as gym
 import pandas as pd
 import pytest
 from typer.testing import CliRunner
 
-from crawler_bench import cli
+from crawler_bench import ENV_ID, cli, record
 from crawler_bench.config.schema import ConfigError
 
 SHORT = "starts=2 warm_up=5 duration=40 settle=10 gait=40 evaluation.noise=[0,0.1] decisions=2000".split()
@@ -26,6 +27,11 @@ def benchmark(folder: Path, *words):
 @pytest.fixture(scope="module")
 def compared(tmp_path_factory) -> Path:
     folder = tmp_path_factory.mktemp("compared")
+    theirs = record(gym.make(ENV_ID), folder / "runs" / "theirs-3")
+    theirs.reset(seed=0)
+    for t in range(1200):
+        theirs.step(t % 10)
+    theirs.close()
     done = benchmark(folder, "--only", "wave", "--only", "qlearning")
     assert done.exit_code == 0, done.output
     assert "runs together took" in done.output
@@ -33,11 +39,17 @@ def compared(tmp_path_factory) -> Path:
 
 
 def test_the_entries_that_were_asked_for_are_compared(compared):
-    runs = pd.read_csv(compared / "out" / "runs.csv", dtype={"policy": str})
+    runs = pd.read_csv(compared / "out" / "runs.csv", dtype={"policy": str}).query("agent != 'theirs'")
     assert runs.groupby("agent")["seed"].unique().map(list).to_dict() == {"qlearning": [0, 1], "wave": [0, 1]}
     assert set(runs["regularization"]) == {0, 0.01}
     assert set(runs.loc[runs["agent"] == "qlearning", "decisions"]) == {2000}
     assert set(runs.loc[runs["agent"] == "wave", "decisions"]) == {0}
+
+
+def test_what_another_loop_recorded_among_the_runs_stands_in_the_tables(compared):
+    runs = pd.read_csv(compared / "out" / "runs.csv").query("agent == 'theirs'")
+    assert runs[["mode", "seed", "decisions"]].to_numpy().tolist() == [["as acted", 3, 1200]]
+    assert "theirs" in (compared / "out" / "tables" / "comparison.md").read_text()
 
 
 def test_a_cell_is_made_again_by_its_hash(compared):

@@ -57,6 +57,14 @@ readings --out other | other is not empty
 benchmark --only weve | did you mean 'wave'
 benchmark --seeds= | --seeds ''
 tune nope | no configuration is called 'nope'
+watch nowhere | nowhere does not exist
+watch regularized --seconds=-1 | invalid value for '--seconds'
+verify nowhere | nowhere is no folder
+verify other | other holds no finished results or runs
+certify --results other | other holds no ceilings.csv
+train --continue other | other has no checkpoint to go on from
+train qlearning --continue other | --continue takes all but
+train qlearning --save-every 10 | qlearning is no agent of Stable-Baselines3
 reproduce-cell 12345678 --results other | other/runs.csv cannot be read
 """
 

@@ -2,21 +2,24 @@
 
 import json
 import os
+import re
 import subprocess
 import sys
 
+import gymnasium
 import pytest
 
 from crawler_bench import __version__
 from crawler_bench.config.documentation import run_settings
 from crawler_bench.config.files import AGENTS, config_names, shipped_policies
 from crawler_bench.config.schema import RunConfig, override
+from crawler_bench.envs.keyholes import KEYHOLES
 from crawler_bench.paper.claims import CLAIMS
 from tests.cli.command import ROOT, crawler_bench, python
 
 COMMANDS = (
-    "reproduce readings train evaluate render tune benchmark report reproduce-cell list settings "
-    "doctor warmup"
+    "reproduce readings train evaluate render tune benchmark certify watch report reproduce-cell verify list "
+    "settings doctor warmup"
 ).split()
 
 LOADED = """
@@ -37,6 +40,7 @@ MISSPELT = [
     ["train", "nope"], ["train", "qlearning", "--config", "nope"], ["benchmark", "--agent", "nope"],
     ["benchmark", "--only", "nope"], ["tune", "nope"], ["settings", "nope"], ["reproduce", "--claim", "nope"],
     ["render", "nope"], ["evaluate", "nope"], ["reproduce", "--set", "nope=1"], ["train", "ppo", "--seeds="],
+    ["watch", "nope"], ["verify", "nope"], ["certify", "--results", "nope"],
 ]  # fmt: skip
 
 
@@ -53,6 +57,15 @@ MISSPELT = [
 def test_nothing_heavy_is_imported_for_an_answer(commands, code, forbidden, tmp_path):
     done = python(LOADED.format(commands=commands, code=code, forbidden=forbidden), tmp_path)
     assert done.returncode == 0, done.stderr[-2000:]
+
+
+def test_every_command_and_every_option_is_described():
+    page = (ROOT / "docs" / "commands.md").read_text()
+    assert sorted(re.findall(r"^\| `crawler-bench ([a-z-]+)", page, re.MULTILINE)) == sorted(COMMANDS)
+    for command in COMMANDS:
+        options = set(re.findall(r"^ +(--[a-z-]+)", crawler_bench(command, "--help")[1], re.MULTILINE))
+        missing = {option for option in options - {"--help"} if option not in page}
+        assert not missing, f"{command}: {missing}"
 
 
 def test_help_on_every_level():
@@ -105,6 +118,8 @@ def test_list_as_json_holds_what_the_list_names():
     assert found["agents"].items() >= AGENTS.items()
     assert found["configurations"] == config_names()
     assert found["policies"] == list(shipped_policies())
+    assert all(gymnasium.spec(name) for name in found["environments"])
+    assert len(found["environments"]) == len(KEYHOLES)
     assert list(found["claims"]) == [claim.name for claim in CLAIMS]
     text = crawler_bench("list")[1]
     for names in found.values():

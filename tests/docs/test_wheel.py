@@ -66,6 +66,13 @@ def test_a_run_is_trained_measured_and_filmed(commands: Path, tmp_path: Path) ->
     assert {path.suffix for path in (tmp_path / "film").iterdir()} >= {".gif", ".mp4", ".png", ".svg"}
 
 
+def test_a_policy_that_ships_is_filmed_by_its_name(commands: Path, tmp_path: Path) -> None:
+    """What a new user types first."""
+    run(commands / "crawler-bench", "render", "regularized", *SHORT[1:], folder=tmp_path)
+    film = tmp_path / "results" / "rendered" / "regularized" / "gait.mp4"
+    assert film.stat().st_size > 10_000
+
+
 def test_a_users_file_is_checked_against_our_types(commands: Path, tmp_path: Path) -> None:
     mypy = [commands / "python", "-m", "mypy", "--strict"]
     (tmp_path / "good.py").write_text(GOOD)

@@ -7,6 +7,8 @@ import numpy as np
 import pytest
 from gymnasium.utils.env_checker import check_env, data_equivalence
 from stable_baselines3.common.env_checker import check_env as check_env_sb3
+from stable_baselines3.common.env_util import make_vec_env
+from stable_baselines3.common.vec_env import DummyVecEnv
 
 import crawler_bench
 from crawler_bench.envs.crawler import CrawlerEnv
@@ -71,6 +73,32 @@ def test_single_vector_and_sb3_forms_show_the_same(keyhole):
         assert vec.observation_space.contains(shown[0])
     assert ended > 3
     assert vector.observation_space.shape == (3, *vec.observation_space.shape)
+
+
+@THROUGH
+def test_it_is_what_make_vec_env_makes_of_single_crawlers(keyhole):
+    steps = []
+    for vec_env_cls in (DummyVecEnv, KeyholeVecEnv):
+        vec = make_vec_env(
+            crawler_bench.KEYHOLE_IDS[keyhole], 3, seed=5, vec_env_cls=vec_env_cls, env_kwargs=TASK
+        )
+        rng, seen = np.random.default_rng(1), [vec.reset()]
+        for _ in range(200):
+            observation, rewards, dones, infos = vec.step(actions_of(rng, 3))
+            seen += [observation, rewards, dones]
+            seen += [np.append(i["terminal_observation"], i["episode"]["l"]) for i in infos if "episode" in i]
+        steps.append(seen)
+    assert len(steps[0]) > 601  # some episodes ended
+    assert data_equivalence(*steps)
+    again = gym.make(vec.get_attr("spec")[2]).unwrapped
+    assert (again.keyhole, again.settings) == (keyhole, (0.01, 0.1, 0.05, 30.0))
+
+
+def test_crawlers_that_are_stepped_together_are_seen_through_one_keyhole():
+    with pytest.raises(ValueError, match=r"through one keyhole, not \['one-hot', 'strain'\]"):
+        KeyholeVecEnv([KeyholeEnv, lambda: KeyholeEnv(keyhole="strain")])
+    with pytest.raises(ValueError, match="use DummyVecEnv"):
+        KeyholeVecEnv([CrawlerEnv])
 
 
 @THROUGH

@@ -86,6 +86,16 @@ def test_attributes_are_those_of_each_crawler() -> None:
         vec.env_method("render")
 
 
+def test_attributes_are_reached_as_through_the_wrappers_of_gymnasium() -> None:
+    ours, theirs = CrawlerVecEnv(3), DummyVecEnv([lambda: gym.make(crawler_bench.ENV_ID)] * 3)
+    for vec in (ours, theirs):
+        assert vec.env_method("set_wrapper_attr", "mark", 7) == [True] * 3
+        assert vec.env_method("set_wrapper_attr", "mark", 8, indices=[0, -1]) == [True] * 2
+        assert vec.env_method("get_wrapper_attr", "mark") == vec.get_attr("mark") == [8, 7, 8]
+        assert vec.env_method("has_wrapper_attr", "mark", indices=1) == [True]
+        assert vec.env_method("has_wrapper_attr", "nothing") == [False] * 3
+
+
 def test_a_setting_that_is_set_holds_from_the_next_step_on() -> None:
     vec, twin = CrawlerVecEnv(2), CrawlerVecEnv(2, regularization=0.3)
     for each in (vec, twin):
@@ -172,6 +182,9 @@ def test_functions_that_make_something_else_are_refused() -> None:
     for makers in (clipped, [lambda: gym.make("CartPole-v1")]):
         with pytest.raises(ValueError, match=r"crawlers are stepped together without <.*: use DummyVecEnv"):
             CrawlerVecEnv(makers)
+    one = CrawlerEnv()
+    with pytest.raises(ValueError, match="a crawler of its own"):
+        CrawlerVecEnv([lambda: one, lambda: one])
     with pytest.raises(ValueError, match="every crawler is monitored"):
         CrawlerVecEnv([CrawlerEnv, lambda: Monitor(CrawlerEnv())])
 

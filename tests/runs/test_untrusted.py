@@ -14,8 +14,10 @@ from crawler_bench.runs import store, training
 from crawler_bench.runs.agent import agent_class
 from crawler_bench.runs.evaluation import evaluate
 from crawler_bench.runs.live import live
+from crawler_bench.runs.long.running import read_unfinished
 from crawler_bench.runs.policy_table import action_table
 from crawler_bench.runs.untrusted import MOST_UNPACKED, agents_of, inside, require_bounded, require_trust
+from tests.cli.command import complaint, crawler_bench
 from tests.runs.malice import SHORT, Payload, poison, results_of, run_of
 
 SETTINGS = {"ppo": {"n_steps": 32, "batch_size": 32, "n_epochs": 1}, "dqn": {"learning_starts": 8}}
@@ -32,6 +34,35 @@ def test_a_class_that_a_run_folder_names_is_not_imported_unasked(tmp_path, marke
         live(folder, "deterministic", 0, trust=True)
     with pytest.raises(store.NotARunError):  # it is no saved agent, but was imported
         evaluate(folder, trusted=["evil_agent:Evil"])
+    assert marker.exists()
+
+
+def test_neither_a_window_nor_going_on_imports_what_a_folder_names_unasked(tmp_path, marker):
+    folder = run_of("evil_agent:Evil", tmp_path / "run")
+    (tmp_path / "begun.unfinished").mkdir()
+    run_of("evil_agent:Evil", tmp_path / "begun.unfinished" / "checkpoint")
+    refused = pytest.raises(ConfigError, match=r"config\.yaml names the agent 'evil_agent:Evil'.*--trust")
+    with refused:
+        live(folder, "deterministic", 0)
+    with refused:
+        read_unfinished(tmp_path / "begun")
+    assert not marker.exists()
+    with pytest.raises(store.NotARunError, match="other sources"):
+        read_unfinished(tmp_path / "begun", trust=True)
+    with pytest.raises(store.NotARunError, match="cannot be loaded"):
+        live(folder, "deterministic", 0, trust=True)
+    assert marker.exists()
+
+
+def test_training_imports_what_a_configuration_names_when_asked(tmp_path, marker):
+    path = tmp_path / "theirs.yaml"
+    path.write_text("agent: evil_agent:Evil\ndecisions: 0")
+    words = ("train", "--config", path, "--out", tmp_path / "runs")
+    code, said = complaint(*words)
+    assert code == 2
+    assert "theirs.yaml names the agent 'evil_agent:Evil'" in said
+    assert not marker.exists()
+    assert crawler_bench(*words, "--trust")[0] == 0
     assert marker.exists()
 
 

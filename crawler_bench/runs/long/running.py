@@ -4,6 +4,7 @@ import json
 import shutil
 import warnings
 from dataclasses import dataclass
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -48,13 +49,7 @@ def train_long(config: RunConfig, seed: int, root: Path, habits: Habits, progres
     Raises:
         ConfigError: if the agent is not one of Stable-Baselines3.
     """
-    if not is_stable_baselines(agent_class(config.agent)):
-        raise ConfigError(
-            f"{config.agent} is no agent of Stable-Baselines3, and only those save, evaluate and log on the "
-            "way; a table learns in seconds: train it without --save-every, --eval-every, --tensorboard"
-        )
-    if habits.tensorboard is not None:
-        _require_tensorboard()
+    require_possible(config, habits)
     final = store.run_folder(root, config, seed)
     place = final.with_name(final.name + UNFINISHED)
 
@@ -66,37 +61,43 @@ def train_long(config: RunConfig, seed: int, root: Path, habits: Habits, progres
     return folder
 
 
-def go_on(folder: Path, habits: Habits, progress: Progress = None, *, trust: bool = False) -> Path:
-    """Go on with an unfinished run.
+def finished(folder: Path) -> Path | None:
+    """The folder of a run if it is finished and sound; what a kill in the last moment has left is removed.
 
     Args:
         folder: of the run, with or without ".unfinished" behind its name.
-        habits: from here on; without `save_every` it saves as often as before.
-        progress: is told the number of decisions that are done.
-        trust: whether the class that the run names may be imported, whoever's it is.
-
-    Returns:
-        The folder of the finished run.
-
-    Raises:
-        NotARunError: if there is no such run, or its code or configuration has changed since.
-        ConfigError: if its agent is neither ours nor installed, nor trusted.
     """
     name = folder.name.removesuffix(UNFINISHED)
-    final, place = folder.with_name(name), folder.with_name(name + UNFINISHED)
-    if store.is_run(final) and not checksums.damage(final, name):
-        shutil.rmtree(place, ignore_errors=True)
-        return final
-    saved = _saved(place)
+    final = folder.with_name(name)
+    if not store.is_run(final) or checksums.damage(final, name):
+        return None
+    shutil.rmtree(folder.with_name(name + UNFINISHED), ignore_errors=True)
+    return final
+
+
+def read_unfinished(folder: Path, trust: bool = False) -> tuple[RunConfig, int, Habits]:
+    """An unfinished run: its configuration, its seed, and how often it is saved.
+
+    Args:
+        folder: of the run, with or without ".unfinished" behind its name.
+        trust: whether the class that the run names may be imported, whoever's it is.
+
+    Raises:
+        ConfigError: if there is no such run, or its agent is neither ours nor installed, nor trusted.
+        NotARunError: if it is damaged, or its code has changed since.
+    """
+    name = folder.name.removesuffix(UNFINISHED)
+    saved = _saved(folder.with_name(name + UNFINISHED))
+    if not saved.is_dir():
+        raise ConfigError(f"{folder} has no checkpoint to go on from: train it from the start")
     config, seed = store.read_run(saved)
     require_trust([config.agent], saved / store.CONFIG, [config.agent] if trust else [])
     if store.run_folder(folder.parent, config, seed).name != name:
         raise store.NotARunError(
-            f"{place} was begun by other sources, with which it cannot go on; train it again from the start"
+            f"{folder} was begun by other sources, with which it cannot go on; train it again from the start"
         )
     told = json.loads((saved / store.MANIFEST).read_text()).get("save_every", 0)
-    kept = Habits(habits.save_every or int(told), habits.eval_every, habits.tensorboard)
-    return train_long(config, seed, folder.parent, kept, progress)
+    return config, seed, Habits(save_every=int(told))
 
 
 def _saved(place: Path) -> Path:
@@ -105,12 +106,20 @@ def _saved(place: Path) -> Path:
     return place / "checkpoint"
 
 
-def _require_tensorboard() -> None:
-    from importlib.util import find_spec
+def require_possible(config: RunConfig, habits: Habits) -> None:
+    """Refuse habits that an agent cannot have, or this installation.
 
-    if find_spec("tensorboard") is None:
+    Raises:
+        ConfigError: saying what is missing.
+    """
+    if not is_stable_baselines(agent_class(config.agent)):
         raise ConfigError(
-            "--tensorboard needs the package tensorboard: pip install crawler-bench[tensorboard]"
+            f"{config.agent} is no agent of Stable-Baselines3, and only those save, evaluate and log on the "
+            "way; a table learns in seconds: train it without --save-every, --eval-every, --tensorboard"
+        )
+    if habits.tensorboard is not None and find_spec("tensorboard") is None:
+        raise ConfigError(
+            "--tensorboard needs the package tensorboard: pip install 'crawler-bench[tensorboard]'"
         )
 
 

@@ -6,6 +6,7 @@ import subprocess
 import sys
 import time
 import zipfile
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -16,7 +17,7 @@ from crawler_bench.config.schema import ConfigError, RunConfig, override
 from crawler_bench.runs import store
 from crawler_bench.runs.folders import checksums
 from crawler_bench.runs.long import running
-from crawler_bench.runs.long.running import UNFINISHED, Habits, go_on, train_long
+from crawler_bench.runs.long.running import UNFINISHED, Habits, finished, read_unfinished, train_long
 from crawler_bench.runs.training import LearningRecorder, load_agent, train
 from tests.runs.malice import Payload, poison
 
@@ -53,6 +54,15 @@ def killed(config: RunConfig, root: Path, habits: Habits, at: int = 400) -> Path
     (place,) = root.iterdir()
     assert place.name.endswith(UNFINISHED)
     return place
+
+
+def go_on(folder: Path, habits: Habits, trust: bool = False) -> Path:
+    """As `train --continue` does."""
+    if (done := finished(folder)) is not None:
+        return done
+    config, seed, before = read_unfinished(folder, trust)
+    kept = replace(habits, save_every=habits.save_every or before.save_every)
+    return train_long(config, seed, folder.parent, kept)
 
 
 @pytest.mark.parametrize("name", RUNS)
@@ -225,5 +235,5 @@ def test_evaluations_and_events_are_left_where_one_looks_for_them(tmp_path):
 def test_what_cannot_go_on_is_refused_in_one_line(tmp_path):
     with pytest.raises(ConfigError, match="only those save, evaluate and log on the way"):
         train_long(RunConfig(agent="qlearning", decisions=10), 0, tmp_path, Habits(save_every=5))
-    with pytest.raises(store.NotARunError, match="does not exist"):
+    with pytest.raises(ConfigError, match="no checkpoint to go on from"):
         go_on(tmp_path / "nothing", Habits())
