@@ -5,6 +5,7 @@ right whoever does the work, this process or another one that shares the disk.
 """
 
 import json
+import os
 import statistics
 import threading
 import time
@@ -120,9 +121,12 @@ class SweepProgress:
                 watcher.join()
 
     def _poll(self) -> None:
-        """Look which folders have appeared."""
+        """Look which folders have appeared; of those that have not, the list of names tells at once."""
+        there = set(os.listdir(self._root)) if self._root.is_dir() else set()
         for index in sorted(self._unmeasured):
             config, folder = self._runs[index]
+            if folder.name not in there:
+                continue
             if index in self._untrained and store.is_run(folder):
                 self._untrained.discard(index)
             if index not in self._untrained:

@@ -1,6 +1,7 @@
 """Work on a Dask cluster: on this machine, one that runs, or one that a batch system or Kubernetes grants."""
 
 import itertools
+import logging
 import math
 import sys
 import time
@@ -39,7 +40,7 @@ def connected(workers: Workers) -> Iterator["_Cluster"]:
         "distributed.scheduler.allowed-failures": DEATHS,
         "distributed.worker.memory.terminate": False,  # the system's own limit is enough, and knows better
     }
-    with dask.config.set(settings):
+    with dask.config.set(settings), _silent():
         started = None if "://" in workers.on else _start(workers)
         try:
             try:
@@ -56,6 +57,17 @@ def connected(workers: Workers) -> Iterator["_Cluster"]:
             if started is not None:
                 _close(started)
                 end_workers()
+
+
+@contextmanager
+def _silent() -> Iterator[None]:
+    """Keep Dask from tracing what is said here in one line."""
+    logger = logging.getLogger("distributed.client")
+    logger.disabled = True
+    try:
+        yield
+    finally:
+        logger.disabled = False
 
 
 def _start(workers: Workers) -> Any:

@@ -3,8 +3,11 @@
 import _thread
 import importlib.util
 import os
+import subprocess
+import sys
 import threading
 import time
+from pathlib import Path
 
 import pytest
 
@@ -13,6 +16,7 @@ from crawler_bench.runs.machines.engines import Lost, Workers, as_workers
 from crawler_bench.runs.machines.workplaces import engine
 from tests.runs.machines.work import running, sleep, square
 
+ROOT = Path(__file__).parents[3]
 HAS_DASK = importlib.util.find_spec("distributed") is not None
 PLACES = ["", pytest.param("dask", marks=pytest.mark.skipif(not HAS_DASK, reason="Dask is an extra"))]
 
@@ -66,3 +70,34 @@ def test_a_cluster_that_cannot_be_had_is_said_in_one_line(monkeypatch):
         with pytest.raises(ConfigError, match=said) as caught, engine(workers):
             pass
         assert "\n" not in str(caught.value)
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not HAS_DASK, reason="Dask is an extra")
+def test_a_scheduler_that_dies_is_said_in_one_line_and_the_same_call_goes_on(tmp_path, capfd):
+    """Workers started by hand, as on machines of one's own."""
+    code = (
+        "import time; from distributed import LocalCluster\n"
+        "if __name__ == '__main__':\n"
+        "    cluster = LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None)\n"
+        "    print(cluster.scheduler_address, flush=True); time.sleep(600)"
+    )
+    (tmp_path / "cluster.py").write_text(code)
+    trace = tmp_path / "trace"
+    trace.mkdir()
+    with subprocess.Popen(
+        [sys.executable, str(tmp_path / "cluster.py")], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL,
+        text=True, env=os.environ | {"PYTHONPATH": str(ROOT)},
+    ) as process:  # fmt: skip
+        try:
+            address = process.stdout.readline().strip()
+            capfd.readouterr()
+            with engine(Workers(2, address)) as run:
+                results = run(sleep, [(0.2, trace)] * 200)
+                next(results)
+                process.kill()
+                with pytest.raises(RuntimeError, match="scheduler is gone; the same command goes on"):
+                    list(results)
+            assert capfd.readouterr().err == ""
+        finally:
+            process.kill()
