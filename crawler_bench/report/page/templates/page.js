@@ -92,31 +92,35 @@ for (const peek of all(document, ".peek")) {
   });
 }
 
-// Charts: Plotly's script is in the page, compressed, and is unpacked when all else is there.
+// Charts: Plotly's script is in the page, compressed. It is unpacked when the first chart comes near the screen, and
+// each chart is drawn when it does, so that a reader of the claims does not wait for curves.
 async function unpack(packed) {
   const bytes = Uint8Array.from(atob(packed), (letter) => letter.charCodeAt(0));
   return new Response(new Blob([bytes]).stream().pipeThrough(new DecompressionStream("gzip"))).text();
 }
 
-async function drawCharts(places) {
+let plotly;
+async function loadPlotly() {
   const script = document.createElement("script");
   script.textContent = await unpack(document.getElementById("plotly").textContent);
   document.head.append(script);
-  for (const place of places) {
+}
+
+async function draw(place) {
+  try {
+    await (plotly ??= loadPlotly());
     const { data, layout } = JSON.parse(place.nextElementSibling.textContent);
     await Plotly.newPlot(place, data, layout, { displayModeBar: false, responsive: true });
+    place.dataset.drawn = "";
+  } catch (error) {
+    place.textContent = `This browser cannot draw the chart (${error.message}).`;
   }
-  document.documentElement.dataset.drawn = places.length;
 }
 
-const charts = all(document, ".chart");
-if (charts.length) {
-  drawCharts(charts).catch((error) => {
-    charts.forEach((each) => { each.textContent = `This browser cannot draw the chart (${error.message}).`; });
-  });
-}
-
-// They are as wide as the screen; on paper, as wide as the paper.
-const width = (pixels) => charts.forEach((each) => window.Plotly && Plotly.relayout(each, { width: pixels }));
-addEventListener("beforeprint", () => width(640));
-addEventListener("afterprint", () => width(null));
+const approach = new IntersectionObserver((changes) => {
+  for (const { target } of changes.filter(({ isIntersecting }) => isIntersecting)) {
+    approach.unobserve(target);
+    draw(target);
+  }
+}, { rootMargin: "50% 0px" });
+all(document, ".chart").forEach((each) => approach.observe(each));
