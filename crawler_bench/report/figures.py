@@ -152,6 +152,26 @@ FIGURES = {
         "Share of runs that end on the diagonal against the speed of random action, one dot per reading.",
         "crawler_bench/readings/search/figures.py:trapping", ("trials.csv", "again.csv", "finals.csv"),
     ),
+    "speed/history": Figure(
+        "Speed over the commits measured",
+        "Every measurement that has a goal, over the commits measured; goals are dashed.",
+        "speed/figures.py:over_commits", ("measurements.csv", "commits.csv"),
+    ),
+    "speed/ratios": Figure(
+        "Speed relative to peers",
+        "How many times as fast as each peer: median and range over repeats; bars are goals.",
+        "speed/figures.py:ratios", ("measurements.csv",),
+    ),
+    "speed/segments": Figure(
+        "Cost of a decision over the number of segments",
+        "Time of one decision on one core, for each integrator; lower is better.",
+        "speed/figures.py:cost", ("measurements.csv",),
+    ),
+    "speed/batch": Figure(
+        "Cost of a decision over the number of crawlers in a batch",
+        "Time of one decision of one crawler on one core, for each integrator; lower is better.",
+        "speed/figures.py:cost", ("measurements.csv",),
+    ),
 }  # fmt: skip
 
 

@@ -104,10 +104,22 @@ def test_every_other_number_was_read_from_results_or_is_in_the_template(read):
 
 def test_counts_are_those_of_the_claims(read):
     claims = pd.read_csv(ROOT / "results/paper/claims.csv")
-    assert read.counts[0] == len(claims)
-    assert sorted(read.counts[1 : 1 + claims["verdict"].nunique()]) == sorted(
-        claims["verdict"].value_counts()
-    )
+    expected = [len(claims), *sorted(claims["verdict"].value_counts())]
+    readings = read_csv(ROOT / "results/readings/readings.csv")
+    at_a_glance, buttons = read.counts[: len(expected)], read.counts[len(expected) + 2 :]
+    assert [at_a_glance[0], *sorted(at_a_glance[1:])] == expected
+    assert read.counts[len(expected) :][:2] == [len(readings), readings["within"].sum()]
+    assert [buttons[0], *sorted(buttons[1 : len(expected)])] == expected
+
+
+def test_the_fastest_agent_is_named_at_a_glance(read):
+    summary = read_csv(ROOT / "results/benchmark/summary.csv")
+    speeds = summary[(summary["metric"] == "speed") & (summary["regularization"] == 0)].set_index("agent")[
+        "value"
+    ]
+    first, *_ = [value for csv, value, _, _ in read.numbers if csv.endswith("summary.csv")]
+    assert float(first) == pytest.approx(speeds.max())
+    assert any(f"fastest: {speeds.idxmax()}," in text for text in read.texts)
 
 
 def test_curves_are_the_means_of_the_csv(read):
@@ -205,8 +217,6 @@ def test_what_cannot_be_shown_is_said_in_one_line(tmp_path, planted):
 
 
 def test_every_committed_figure_has_its_words():
-    for kind in ("paper", "benchmark", "readings"):
-        for path in (ROOT / "results" / kind).glob("*.png"):
-            assert f"{kind}/{path.stem}" in FIGURES, (
-                f"describe {path.name} in crawler_bench/report/figures.py"
-            )
+    for path in (ROOT / "results").glob("*/*.png"):
+        kind = path.parent.name
+        assert f"{kind}/{path.stem}" in FIGURES, f"describe {path.name} in crawler_bench/report/figures.py"

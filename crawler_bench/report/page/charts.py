@@ -135,10 +135,11 @@ def _draw(title: str, x_title: str, lines: Iterable[Line]) -> Chart:
             _add(figure, line, *zip(*known, strict=True))
     axis = {"gridcolor": "#8884", "zerolinecolor": "#8888", "linecolor": "#8888", "automargin": True}
     figure.update_layout(
-        height=520, margin={"l": 60, "r": 10, "t": 10, "b": 50}, hovermode="closest",
+        margin={"l": 60, "r": 10, "t": 10, "b": 50}, hovermode="closest",
         paper_bgcolor="rgba(0,0,0,0)", plot_bgcolor="rgba(0,0,0,0)",
         font={"family": "system-ui, sans-serif", "size": 13},
-        legend={"orientation": "h", "y": -0.2, "yanchor": "top", "x": 0, "itemsizing": "constant"},
+        legend={"orientation": "h", "yref": "container", "y": 0, "yanchor": "bottom", "x": 0,
+                "maxheight": 1, "itemsizing": "constant"},
         xaxis=axis | {"title": x_title}, yaxis=axis | {"title": SPEED, "rangemode": "tozero"},
     )  # fmt: skip
     drawing = figure.to_json().replace("<", "\\u003c")

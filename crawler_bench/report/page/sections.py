@@ -18,9 +18,11 @@ from crawler_bench.report.page.claims import Claim
 from crawler_bench.report.page.folders import Folder
 
 LONGEST = 200  # rows of a CSV that a section shows as it is
+# By kind: title, and a word for it where there is little room.
 _TITLES = {
-    "paper": "The paper, claim by claim", "benchmark": "Agents compared",
-    "readings": "Readings of what the paper leaves open", "search": "The search among readings",
+    "paper": ("The paper, claim by claim", "Paper"), "benchmark": ("Agents compared", "Agents"),
+    "readings": ("Readings of what the paper leaves open", "Readings"),
+    "search": ("The search among readings", "Search"),
 }  # fmt: skip
 
 
@@ -73,15 +75,32 @@ class Run:
 
 
 @dataclass(frozen=True)
+class Fact:
+    """What a reader wants to know of a folder first.
+
+    Attributes:
+        label: in front of it.
+        value: a count, or a number of a CSV.
+        source: that CSV, relative to the results folder; empty for a count.
+    """
+
+    label: str
+    value: int | Cell
+    source: str = ""
+
+
+@dataclass(frozen=True)
 class Section:
     """A results folder.
 
     Attributes:
         identity: unique in the page.
         title: of the section.
+        short: the title in a word.
         path: of the folder, as the user named it.
         kind: of the results.
         run: what made them.
+        glance: what was found, in a line.
         claims: of the paper; none in other sections.
         films: of gaits.
         charts: that answer to the pointer.
@@ -93,9 +112,11 @@ class Section:
 
     identity: str
     title: str
+    short: str
     path: str
     kind: str
     run: Run
+    glance: Sequence[Fact] = ()
     claims: Sequence[Claim] = ()
     films: Sequence[Film] = ()
     charts: Sequence[Chart] = ()
@@ -111,16 +132,17 @@ def section(folder: Folder, identity: str, **parts: Any) -> Section:
     Args:
         folder: what it shows.
         identity: unique in the page.
-        parts: claims, films, charts, boards, tables, left_out.
+        parts: glance, claims, films, charts, boards, tables, left_out.
     """
-    title = _TITLES.get(folder.kind, folder.path.name.replace("_", " ").capitalize())
+    name = folder.path.name.replace("_", " ").capitalize()
+    title, short = _TITLES.get(folder.kind, (name, name))
     return Section(
-        identity, title, folder.path.as_posix(), folder.kind, _run(folder),
+        identity, title, short, folder.path.as_posix(), folder.kind, _run(folder),
         figures=_pictures(folder, identity), **parts,
     )  # fmt: skip
 
 
-def other(folder: Folder, identity: str, tables: Iterable[Table] = ()) -> Section:
+def other(folder: Folder, identity: str, tables: Iterable[Table] = (), **parts: Any) -> Section:
     """A section of tables, or, where none are given, of every CSV of the folder that is not too long."""
     chosen, left_out = list(tables), []
     if not chosen:
@@ -131,7 +153,7 @@ def other(folder: Folder, identity: str, tables: Iterable[Table] = ()) -> Sectio
             elif len(frame):
                 caption = path.stem.replace("_", " ").capitalize()
                 chosen.append(plain_table(f"{identity}-{path.stem}", caption, path.name, frame))
-    return section(folder, identity, tables=chosen, left_out=left_out)
+    return section(folder, identity, tables=chosen, left_out=left_out, **parts)
 
 
 def films(folder: Folder) -> list[Film]:

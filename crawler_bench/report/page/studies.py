@@ -11,7 +11,7 @@ from crawler_bench.report.page import charts, media
 from crawler_bench.report.page.cells import Cell, Table, cell, plain_table
 from crawler_bench.report.page.claims import claims
 from crawler_bench.report.page.folders import Folder
-from crawler_bench.report.page.sections import Board, Section, counts, films, other, section
+from crawler_bench.report.page.sections import Board, Fact, Section, counts, films, other, section
 
 _GAITS = ("regularized", "unregularized")
 
@@ -44,9 +44,12 @@ def paper(folder: Folder, identity: str) -> Section:
         "evaluations.csv", ["experiment", "noise s", "speed (L/tau)", "n"], speeds, {"experiment": ""},
         derived=True,
     )  # fmt: skip
+    judged = folder.frame("claims")
+    verdicts = counts(judged["verdict"].fillna("not judged"))
     return section(
         folder, identity,
-        claims=claims(folder.frame("claims"), identity, [path.stem for path in folder.path.glob("*.png")]),
+        glance=[Fact("claims", len(judged)), *(Fact(verdict, n) for verdict, n in verdicts)],
+        claims=claims(judged, identity, [path.stem for path in folder.path.glob("*.png")]),
         films=films(folder), charts=[charts.paper_chart(noise)], boards=_learned(runs), tables=[curve, table],
     )  # fmt: skip
 
@@ -76,7 +79,25 @@ def benchmark(folder: Folder, identity: str) -> Section:
     failures = folder.frame("failures")
     if len(failures):
         found.append(plain_table(f"{identity}-failures", "Runs that failed", "failures.csv", failures))
-    return section(folder, identity, charts=shown, boards=_boards(tables, summary), tables=found)
+    return section(
+        folder, identity, glance=_fastest(summary), charts=shown, boards=_boards(tables, summary),
+        tables=found,
+    )  # fmt: skip
+
+
+def _fastest(summary: pd.DataFrame) -> list[Fact]:
+    """The fastest agent, and what it is to be compared with."""
+    speeds = summary[(summary["metric"] == "speed") & (summary["regularization"] == 0) & (summary["n"] > 0)]
+    if speeds.empty:
+        return []
+    best = speeds.loc[speeds["value"].idxmax()]
+    chosen = [(f"fastest: {best['agent']}, {best['mode']},", best)]
+    for agent, words in _REFERENCES.items():
+        chosen += [(words, row) for _, row in speeds[speeds["agent"] == agent].head(1).iterrows()]
+    return [Fact(words, cell(row["value"], row["low"], row["high"]), "summary.csv") for words, row in chosen]
+
+
+_REFERENCES = {"wave": "nearest-neighbour wiring", "random": "random action"}
 
 
 def _comparison(summary: pd.DataFrame, identity: str) -> Table:
@@ -189,7 +210,10 @@ def readings(folder: Folder, identity: str) -> Section:
         frame = folder.frame(name)
         if len(frame):
             found.append(plain_table(f"{identity}-{name}", what, f"{name}.csv", frame))
-    return other(folder, identity, found)
+    tried = [Fact("readings", len(ranked))]
+    if "within" in ranked:
+        tried.append(Fact("within tolerance of the claims", int(ranked["within"].sum())))
+    return other(folder, identity, found, glance=tried)
 
 
 _MORE = {

@@ -85,9 +85,7 @@ for (const peek of all(document, ".peek")) {
   const picture = document.getElementById(peek.dataset.figure).querySelector("img");
   peek.addEventListener("toggle", () => {
     if (peek.open && !peek.querySelector("img")) {
-      const copy = picture.cloneNode();
-      copy.loading = "eager";
-      peek.append(copy);
+      peek.append(picture.cloneNode());
     }
   });
 }
@@ -99,6 +97,7 @@ async function unpack(packed) {
   return new Response(new Blob([bytes]).stream().pipeThrough(new DecompressionStream("gzip"))).text();
 }
 
+const PLOT = 420, NAME = 20, NAMES_APART = 240; // pixels: a chart without its legend, a line of it, a column of it
 let plotly;
 async function loadPlotly() {
   const script = document.createElement("script");
@@ -110,6 +109,8 @@ async function draw(place) {
   try {
     await (plotly ??= loadPlotly());
     const { data, layout } = JSON.parse(place.nextElementSibling.textContent);
+    const names = data.filter(({ showlegend }) => showlegend !== false).length;
+    layout.height = PLOT + NAME * Math.ceil(names / Math.max(1, Math.floor(place.clientWidth / NAMES_APART)));
     await Plotly.newPlot(place, data, layout, { displayModeBar: false, responsive: true });
     place.dataset.drawn = "";
   } catch (error) {
