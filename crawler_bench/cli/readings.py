@@ -3,12 +3,13 @@
 import tempfile
 import time
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from crawler_bench.cli.console import conclude, console, logger, print_frame, starting
+from crawler_bench.cli.console import conclude, console, logger, phase, print_frame, starting
 from crawler_bench.cli.options import (
     RUNS,
     Jobs,
@@ -108,7 +109,7 @@ def _search(laboratory: "Laboratory", size: "Size", scratch: Path, folder: Path)
 
     finals = search(
         laboratory.bases, size, scratch=scratch, folder=folder, jobs=as_workers(laboratory.jobs).jobs,
-        say=logger(laboratory.quiet),
+        say=logger(laboratory.quiet), phase=partial(phase, quiet=laboratory.quiet),
     )  # fmt: skip
     shown = ["reading", "failures", "free", "score", "on_diagonal", "random_ratio", "kept", "speed"]
     print_frame(finals[shown])

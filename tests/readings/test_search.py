@@ -1,6 +1,7 @@
 """The search of the joint space: proposals, trials that are given up, the rule, going on after a stop."""
 
 import json
+from contextlib import contextmanager
 from types import SimpleNamespace
 
 import numpy as np
@@ -108,22 +109,38 @@ def test_a_finalist_fails_by_a_number_of_the_paper_and_by_fast_random_action():
     assert failures(0.8, peak_contraction=0.28) == ["peak_contraction"]
 
 
-def test_a_search_goes_on_where_it_stopped(bases, tmp_path):
+@pytest.fixture
+def seen():
+    """What a bar would show: (name, done, total), and the phase that notes it."""
+    shown = []
+
+    @contextmanager
+    def phase(name, total, unit):
+        yield lambda done: shown.append((name, done, total))
+
+    return shown, phase
+
+
+def test_a_search_goes_on_where_it_stopped(bases, tmp_path, seen):
+    shown, phase = seen
+
     def search(trials):
         said = []
         journal = tmp_path / "search" / "journal.log"
         found = run_trials(
-            bases, journal, first=LEADS[:1], seeds=(0,), trials=trials, jobs=1, say=said.append
+            bases, journal, first=LEADS[:1], seeds=(0,), trials=trials, jobs=1, say=said.append, phase=phase
         )
         return found, said
 
     first, said = search(2)
-    assert "[trial 2/2]" in said[-1]
+    assert "2 trials" in said[-1]
+    assert shown == [("trials", done, 2) for done in (0, 1, 2)]
     again, silent = search(2)
     pd.testing.assert_frame_equal(first, again)
     assert silent == []
     longer, _ = search(3)
     pd.testing.assert_frame_equal(first, longer.head(2))
+    assert shown[3:] == [("trials", done, 3) for done in (2, 3)]
     assert json.loads(first["changes"][0]) == LEADS[0].changes
     assert (first["seconds"] > 0).all()
 
@@ -142,10 +159,11 @@ def test_most_trials_are_drawn_at_random(bases, tmp_path, monkeypatch):
     assert samplers[:3] == [informed, random, informed]
 
 
-def test_later_rounds_look_up_what_is_finished(bases, tmp_path):
-    said = []
-    options = {"seeds": (0, 1), "folder": tmp_path, "jobs": 1, "say": said.append}
+def test_later_rounds_look_up_what_is_finished(bases, tmp_path, seen):
+    shown, phase = seen
+    options = {"seeds": (0, 1), "folder": tmp_path, "jobs": 1, "say": str, "phase": phase}
     found = run_again(LEADS[:1], bases, **options)
+    assert [each[1:] for each in shown] == [(1, 1)]
     assert found["n"].tolist() == [2]
     assert found["seconds"][0] > 0
     (kept,) = tmp_path.glob("*.json")
@@ -153,8 +171,10 @@ def test_later_rounds_look_up_what_is_finished(bases, tmp_path):
     assert run_again(LEADS[:1], bases, **options)["score"].tolist() == [-1.0]
 
 
-def test_a_run_that_ends_off_the_diagonal_is_looked_into(bases):
-    entries = off_diagonal(LEADS[0], bases, (0,))
+def test_a_run_that_ends_off_the_diagonal_is_looked_into(bases, seen):
+    shown, phase = seen
+    entries = off_diagonal(LEADS[0], bases, (0,), phase)
+    assert [each[1:] for each in shown] == [(1, 1)]
     assert set(entries["policy"]) == {entries["policy"][0]}
     digits = entries["policy"][0]
     assert [int(digits[o]) for o in entries["observation"]] == entries["action"].tolist()
@@ -162,8 +182,8 @@ def test_a_run_that_ends_off_the_diagonal_is_looked_into(bases):
     assert (entries["value"] >= entries["neighbour_value"]).all()
 
 
-def test_each_field_is_changed_alone_to_see_which_frees_a_learner(bases, monkeypatch):
-    tried = []
+def test_each_field_is_changed_alone_to_see_which_frees_a_learner(bases, monkeypatch, seen):
+    tried, (shown, phase) = [], seen
 
     def learns(config, seed, interval):
         tried.append((config, seed))
@@ -172,7 +192,8 @@ def test_each_field_is_changed_alone_to_see_which_frees_a_learner(bases, monkeyp
         return SimpleNamespace(q_table=table), None
 
     monkeypatch.setattr(freeing_module, "learn", learns)
-    found = freeing(LEADS[0], bases, (3, 4), jobs=1)
+    found = freeing(LEADS[0], bases, (3, 4), jobs=1, phase=phase)
+    assert [done for _, done, _ in shown] == list(range(1, shown[0][-1] + 1))
     assert len(found) == 1 + 2 + len(SCALED) * len(FACTORS) + len(NOISE)
     assert found["n"].tolist() == [2] * len(found)
     assert found[found["on_diagonal"] == 1]["field"].tolist() == ["noise"]
@@ -181,8 +202,8 @@ def test_each_field_is_changed_alone_to_see_which_frees_a_learner(bases, monkeyp
     assert len({config.model_dump_json() for config, _ in tried}) == len(found)
 
 
-def test_the_chosen_reading_is_tried_where_nothing_was_fitted(bases, monkeypatch):
-    tried = []
+def test_the_chosen_reading_is_tried_where_nothing_was_fitted(bases, monkeypatch, seen):
+    tried, (shown, phase) = [], seen
 
     def tries(reading, bases, seeds, *, patient, measured_with):
         tried.append((reading.changes, tuple(seeds), measured_with))
@@ -190,7 +211,8 @@ def test_the_chosen_reading_is_tried_where_nothing_was_fitted(bases, monkeypatch
         return Trial(reading, score(results, range(5)), results.runs.assign(policy="0123456789"))
 
     monkeypatch.setattr(holding_module, "try_reading", tries)
-    found = holding(LEADS[0], bases, (3, 4), jobs=1)
+    found = holding(LEADS[0], bases, (3, 4), jobs=1, phase=phase)
+    assert [done for _, done, _ in shown] == list(range(1, len(found) + 1))
     assert found["case"].is_unique
     of = dict(zip(found["case"], tried, strict=True))
     changes, drawn, _ = of["further seeds, drawn at random"]

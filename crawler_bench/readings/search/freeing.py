@@ -8,6 +8,7 @@ the head muscle, because it is at the head that learners are trapped.
 
 import os
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -18,6 +19,7 @@ from crawler_bench.physics.parameters import CHOICES
 from crawler_bench.readings.catalogue import Reading
 from crawler_bench.readings.fields import Value
 from crawler_bench.readings.laboratory import REGULARIZED
+from crawler_bench.readings.search.progress import Phase, unseen
 from crawler_bench.runs.training import learn
 from crawler_bench.statistics import estimates
 
@@ -33,7 +35,11 @@ NOISE = (0.025, 0.05, 0.1)  # s, while learning
 
 
 def freeing(
-    reading: Reading, bases: Mapping[str, RunConfig], seeds: Sequence[int], jobs: int = 0
+    reading: Reading,
+    bases: Mapping[str, RunConfig],
+    seeds: Sequence[int],
+    jobs: int = 0,
+    phase: Phase = unseen,
 ) -> pd.DataFrame:
     """Share of runs on the diagonal with one field changed.
 
@@ -42,6 +48,7 @@ def freeing(
         bases: the run of the default reading for each experiment.
         seeds: of the training runs.
         jobs: parallel processes; 0 is one per core.
+        phase: shows how far it is.
 
     Returns:
         One row per value of each field: field, value, on_diagonal, low, high, n; the reading itself first,
@@ -50,7 +57,12 @@ def freeing(
     config = reading.configure(bases[REGULARIZED])
     cases = [("", "", config), *_changed(config)]
     tasks = (delayed(_finds)(each, seed) for _, _, each in cases for seed in seeds)
-    found = np.array(Parallel(n_jobs=jobs or os.cpu_count() or 1)(tasks)).reshape(len(cases), len(seeds))
+    workers: Any = Parallel(n_jobs=jobs or os.cpu_count() or 1, return_as="generator")
+    found = np.zeros((len(cases), len(seeds)), dtype=bool)
+    with phase("one field changed", found.size, "runs") as advance:
+        for place, finds in enumerate(workers(tasks)):
+            found.flat[place] = finds
+            advance(place + 1)
     rows = []
     for (field, value, _), row in zip(cases, found, strict=True):
         share = estimates.share(pd.Series(row))

@@ -12,6 +12,7 @@ from crawler_bench.config.schema import RunConfig
 from crawler_bench.readings.catalogue import Reading
 from crawler_bench.readings.fields import Value
 from crawler_bench.readings.laboratory import REGULARIZED
+from crawler_bench.readings.search.progress import Phase, unseen
 from crawler_bench.readings.search.rounds import row
 from crawler_bench.readings.search.trial import try_reading
 
@@ -22,7 +23,11 @@ FINE = {"parameters.integrator": "step", "parameters.dt": 0.002}
 
 
 def holding(
-    reading: Reading, bases: Mapping[str, RunConfig], seeds: Sequence[int], jobs: int = 0
+    reading: Reading,
+    bases: Mapping[str, RunConfig],
+    seeds: Sequence[int],
+    jobs: int = 0,
+    phase: Phase = unseen,
 ) -> pd.DataFrame:
     """Try a reading under other numerics and on further seeds.
 
@@ -31,6 +36,7 @@ def holding(
         bases: the run of the default reading for each experiment.
         seeds: of the training runs, except those drawn here.
         jobs: parallel processes; 0 is one per core.
+        phase: shows how far it is.
 
     Returns:
         One row per case: case, seeds, and what `row` says of it.
@@ -51,7 +57,12 @@ def holding(
         )
         for name, change, measured, of in cases
     )
-    rows: list[dict[str, Any]] = Parallel(n_jobs=jobs or os.cpu_count() or 1)(tasks)
+    workers: Any = Parallel(n_jobs=jobs or os.cpu_count() or 1, return_as="generator")
+    rows: list[dict[str, Any]] = []
+    with phase("other numerics, further seeds", len(cases), "cases") as advance:
+        for found in workers(tasks):
+            rows.append(found)
+            advance(len(rows))
     return pd.DataFrame(rows)
 
 

@@ -7,6 +7,7 @@ again: eq. 12 updates only what is chosen, so such a table is a fixed point, how
 """
 
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -15,19 +16,23 @@ from crawler_bench.config.schema import RunConfig
 from crawler_bench.gait import metrics
 from crawler_bench.readings.catalogue import Reading
 from crawler_bench.readings.laboratory import REGULARIZED
+from crawler_bench.readings.search.progress import Phase, unseen
 from crawler_bench.runs.evaluation import Evaluation, measure
 from crawler_bench.runs.training import learn
 
 MORE = 2  # times the decisions of a run for which a trapped learner goes on
 
 
-def off_diagonal(reading: Reading, bases: Mapping[str, RunConfig], seeds: Sequence[int]) -> pd.DataFrame:
+def off_diagonal(
+    reading: Reading, bases: Mapping[str, RunConfig], seeds: Sequence[int], phase: Phase = unseen
+) -> pd.DataFrame:
     """Every entry at which a regularized run ends off the diagonal.
 
     Args:
         reading: the reading.
         bases: the run of the default reading for each experiment.
         seeds: of the training runs.
+        phase: shows how far it is.
 
     Returns:
         One row per run and entry off the diagonal: seed, policy, observation, action, its value, the
@@ -38,30 +43,39 @@ def off_diagonal(reading: Reading, bases: Mapping[str, RunConfig], seeds: Sequen
     config = reading.configure(bases[REGULARIZED])
     n = config.parameters.n_segments
     diagonal = _reward(config, np.arange(n))
-    rows = []
-    for seed in seeds:
-        agent, _ = learn(config, seed, interval=config.decisions)
-        table = np.array(getattr(agent, "q_table"))  # noqa: B009 (only the tabular learner has one)
-        policy = table.argmax(axis=1)
-        off = np.flatnonzero(policy != np.arange(n))
-        if not off.size:
-            continue
-        agent.learn(MORE * config.decisions, callback=None, progress_bar=False)
-        later = np.array(getattr(agent, "q_table")).argmax(axis=1)  # noqa: B009
-        reward = _reward(config, policy)
-        for o in off:
-            repaired = np.where(np.arange(n) == o, o, policy)
-            rows.append({
-                "seed": seed, "policy": metrics.policy_text(np.eye(n)[policy]), "observation": int(o),
-                "action": int(policy[o]), "value": table[o, policy[o]], "neighbour_value": table[o, o],
-                "reward": reward, "repaired": _reward(config, repaired), "diagonal": diagonal,
-                "stays": bool(later[o] == policy[o]),
-            })  # fmt: skip
+    rows: list[dict[str, Any]] = []
+    with phase("runs off the diagonal", len(seeds), "runs") as advance:
+        for done, seed in enumerate(seeds, 1):
+            rows += _entries(config, seed, diagonal)
+            advance(done)
     columns = [
         "seed", "policy", "observation", "action", "value", "neighbour_value", "reward", "repaired",
         "diagonal", "stays",
     ]  # fmt: skip
     return pd.DataFrame(rows, columns=columns)
+
+
+def _entries(config: RunConfig, seed: int, diagonal: float) -> list[dict[str, Any]]:
+    """The entries of one run; see `off_diagonal`."""
+    n = config.parameters.n_segments
+    agent, _ = learn(config, seed, interval=config.decisions)
+    table = np.array(getattr(agent, "q_table"))  # noqa: B009 (only the tabular learner has one)
+    policy = table.argmax(axis=1)
+    off = np.flatnonzero(policy != np.arange(n))
+    if not off.size:
+        return []
+    agent.learn(MORE * config.decisions, callback=None, progress_bar=False)
+    later = np.array(getattr(agent, "q_table")).argmax(axis=1)  # noqa: B009
+    reward, rows = _reward(config, policy), []
+    for o in off:
+        repaired = np.where(np.arange(n) == o, o, policy)
+        rows.append({
+            "seed": seed, "policy": metrics.policy_text(np.eye(n)[policy]), "observation": int(o),
+            "action": int(policy[o]), "value": table[o, policy[o]], "neighbour_value": table[o, o],
+            "reward": reward, "repaired": _reward(config, repaired), "diagonal": diagonal,
+            "stays": bool(later[o] == policy[o]),
+        })  # fmt: skip
+    return rows
 
 
 def _reward(config: RunConfig, policy: np.ndarray) -> float:

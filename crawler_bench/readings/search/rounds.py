@@ -39,13 +39,13 @@ from crawler_bench.paper.verdicts import Verdict, judge
 from crawler_bench.readings.catalogue import Reading
 from crawler_bench.readings.laboratory import REGULARIZED, UNREGULARIZED
 from crawler_bench.readings.scoring import CAP, CORE, NUMBER_TOLERANCE, PRINTED, SCALE
+from crawler_bench.readings.search.progress import Phase, unseen
 from crawler_bench.readings.search.space import draw, proposal
 from crawler_bench.readings.search.trial import UNTRAINED, Trial, try_reading
 from crawler_bench.statistics.estimates import Estimate
 
 STUDY = "readings"
 STARTUP = 100  # trials drawn at random before the sampler learns from what it saw
-SAID = 50  # trials between two lines of progress
 INFORMED = 10  # one trial of this number is proposed by the sampler, the others are drawn at random
 _SEED = 20201122
 
@@ -59,6 +59,7 @@ def run_trials(
     trials: int,
     jobs: int,
     say: Callable[[str], None],
+    phase: Phase = unseen,
 ) -> pd.DataFrame:
     """Run the first stage, or what is left of it.
 
@@ -69,7 +70,8 @@ def run_trials(
         seeds: of every trial.
         trials: how many.
         jobs: parallel processes; 0 is one per core.
-        say: told how far the search is.
+        say: told what was found.
+        phase: shows how far it is.
 
     Returns:
         One row per trial, see `finished`.
@@ -83,10 +85,13 @@ def run_trials(
     tasks = (delayed(_work)(journal, dict(bases), tuple(seeds), number) for number in range(done, trials))
     nearest = float("inf")
     workers: Any = Parallel(n_jobs=jobs or os.cpu_count() or 1, return_as="generator_unordered")
-    for distance in workers(tasks):
-        done, nearest = done + 1, min(nearest, distance)
-        if done % SAID == 0 or done == trials:
-            say(f"[trial {done}/{trials}] the nearest since this command began: {nearest:.3f}")
+    if done < trials:
+        with phase("trials", trials, "") as advance:
+            advance(done)
+            for distance in workers(tasks):
+                done, nearest = done + 1, min(nearest, distance)
+                advance(done)
+        say(f"{done} trials; the nearest since this command began: {nearest:.3f}")
     return finished(journal).head(trials)
 
 
@@ -238,6 +243,7 @@ def run_again(
     folder: Path,
     jobs: int,
     say: Callable[[str], None],
+    phase: Phase = unseen,
     least: float = 0.0,
 ) -> pd.DataFrame:
     """Run a later stage on fresh seeds; what is finished is looked up.
@@ -249,6 +255,7 @@ def run_again(
         folder: that keeps what is finished.
         jobs: parallel processes; 0 is one per core.
         say: told what was found.
+        phase: shows how far it is.
         least: share of the regularized runs that has to find the wiring for the other gaits to be run.
 
     Returns:
@@ -258,10 +265,13 @@ def run_again(
     tasks = (delayed(_again)(each, dict(bases), tuple(seeds), folder, least) for each in readings)
     rows: list[dict[str, Any]] = []
     workers: Any = Parallel(n_jobs=jobs or os.cpu_count() or 1, return_as="generator_unordered")
-    for found in workers(tasks):
-        rows.append(found)
-        done = f"[{len(rows)}/{len(readings)}, {len(seeds)} seeds each]"
-        say(f"{done} {found['reading']}: score {found['score']:.3f}, fails {found['failures'] or 'nothing'}")
+    with phase("readings on fresh seeds", len(readings), "") as advance:
+        for found in workers(tasks):
+            rows.append(found)
+            advance(len(rows))
+            done = f"[{len(rows)}/{len(readings)}, {len(seeds)} seeds each]"
+            failures = found["failures"] or "nothing"
+            say(f"{done} {found['reading']}: score {found['score']:.3f}, fails {failures}")
     return pd.DataFrame(rows).set_index("reading").loc[[each.name for each in readings]].reset_index()
 
 
