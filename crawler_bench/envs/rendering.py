@@ -11,6 +11,7 @@ os.environ.setdefault("PYGAME_HIDE_SUPPORT_PROMPT", "1")
 with warnings.catch_warnings():
     warnings.simplefilter("ignore")  # pygame warns about its own build and about setuptools
     import pygame
+    import pygame.freetype
 
 from crawler_bench.envs.palette import (
     CONTRACTION_LIMIT,
@@ -24,6 +25,7 @@ from crawler_bench.envs.palette import (
 )
 
 OVERSAMPLING = 2  # drawn so much larger, then smoothed
+CAPITALS = 0.69  # size of the font (points) for a text of unit height
 SLIMMEST, TALLEST = 0.3, 2.4  # width (L) and height (in heights at rest) at which the drawing stops deforming
 MINUS = "\N{MINUS SIGN}"
 
@@ -89,9 +91,10 @@ class _Stage:
 
         A text that would be cut by the edge is left out.
         """
-        if not pygame.font.get_init():
-            pygame.font.init()
-        image = pygame.font.Font(None, round(share * self.height)).render(text, True, colour)
+        pygame.freetype.init()
+        font = pygame.freetype.Font(None, CAPITALS * share * self.height)
+        font.kerning, font.pad = False, True  # this font's kerning leaves a gap in "centroid"
+        image, _ = font.render(text, colour)
         box = image.get_rect()
         setattr(box, anchor, (round(place[0]), round(place[1])))
         if self.surface.get_rect().contains(box):

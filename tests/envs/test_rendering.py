@@ -44,6 +44,14 @@ def test_picture_depends_on_displacement_and_time():
     assert (draw_crawler(np.zeros(11), 2.0) != rest).any()
 
 
+def test_letters_of_a_word_keep_together():
+    """Only the two spaces of "centroid +0.00 L" part its ink by more than two fifths of a space."""
+    caption = draw_crawler(np.zeros(11), 0.0, (1600, 500))[:100, 800:]
+    inked = np.flatnonzero((caption < 128).all(axis=2).any(axis=0))
+    gaps = np.diff(inked)
+    assert (gaps > 0.4 * gaps.max()).sum() == 2
+
+
 def test_ground_passes_below_a_body_that_stays_in_the_picture():
     here, there = draw_crawler(np.zeros(11), 1.0), draw_crawler(np.full(11, 0.5), 1.0)
     np.testing.assert_array_equal(here[60:155], there[60:155])
