@@ -48,6 +48,8 @@ class Results:
 
     def of(self, experiment: str, column: str) -> pd.Series:
         """A column of the runs of one experiment, by seed."""
+        if self.runs.empty:  # every run failed: there are no columns
+            return pd.Series(dtype=float, index=pd.Index([], name="seed", dtype=int))
         runs = self.runs[self.runs["experiment"] == experiment]
         return runs.set_index("seed")[column].astype(float)
 
@@ -58,6 +60,8 @@ class Results:
 
     def noisy_speed(self, experiment: str) -> pd.DataFrame:
         """Speed against noise, the mean over all starts: one row per seed, one column per amplitude."""
+        if self.evaluations.empty:
+            return pd.DataFrame()
         chosen = self.evaluations[self.evaluations["experiment"] == experiment]
         return chosen.pivot_table(index="seed", columns="noise", values="speed", aggfunc="mean")
 

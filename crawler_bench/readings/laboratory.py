@@ -13,7 +13,7 @@ from crawler_bench.readings.catalogue import Reading, values_of
 from crawler_bench.readings.scoring import Score, score
 from crawler_bench.runs.machines.engines import Workers, as_workers
 from crawler_bench.runs.results import read_outcomes
-from crawler_bench.runs.sweep import Outcome, run_experiments
+from crawler_bench.runs.sweep import Outcome, require_success, run_experiments
 
 EXPERIMENTS = ("regularized", "unregularized", "untrained")
 REGULARIZED, UNREGULARIZED = EXPERIMENTS[:2]
@@ -70,6 +70,7 @@ class Laboratory:
         found = run_experiments(
             self.experiments(readings, seeds), self.root, jobs=self.jobs, quiet=self.quiet
         )
+        require_success(found)
         each = len(EXPERIMENTS) * len(seeds)
         tasks = [
             delayed(_score)(

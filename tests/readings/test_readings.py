@@ -9,16 +9,17 @@ import pytest
 from crawler_bench.config.files import config_folder, load_experiment
 from crawler_bench.config.schema import RunConfig
 from crawler_bench.paper.verdicts import Results
-from crawler_bench.readings import identifiability, tables
+from crawler_bench.readings import identifiability, laboratory, tables
 from crawler_bench.readings.catalogue import DEFAULT, LITERAL, Reading, find_reading, readings, values_of
 from crawler_bench.readings.fields import FIELDS, GIVEN, NO_LIMIT, REGULARIZATION
 from crawler_bench.readings.frames import read_reading, summarize
 from crawler_bench.readings.laboratory import Laboratory, Scored
-from crawler_bench.readings.scoring import RESAMPLES
+from crawler_bench.readings.scoring import CAP, RESAMPLES
 from crawler_bench.readings.search.space import CONSTANTS
 from crawler_bench.readings.sizes import FULL, smoke
 from crawler_bench.readings.study import Study, is_rival
 from crawler_bench.report import blocks
+from crawler_bench.runs.sweep import Cell, Outcome
 from tests.readings.test_scoring import plant, score
 
 ALL = readings()
@@ -216,3 +217,26 @@ def test_the_documentation_has_a_generator_for_every_block(tmp_path):
 def test_epsilon_is_given_and_not_open():
     assert REGULARIZATION in {field.key for field in GIVEN}
     assert not {field.key for field in FIELDS} & {field.key for field in GIVEN}
+
+
+def test_a_reading_whose_runs_all_failed_is_scored_as_far_away(bases, tmp_path, monkeypatch):
+    """As where the disk is full."""
+    monkeypatch.setattr(laboratory, "run_experiments", lambda experiments, *_, **__: failed(experiments))
+
+    def failed(experiments):
+        found = []
+        for each in experiments:
+            for config, seed in each.runs():
+                cell = Cell(each.name, config, seed)
+                found.append(Outcome(cell, None, None, "the disk is full"))
+        return found
+
+    lab = Laboratory(bases, tmp_path, jobs=1, quiet=True)
+    with pytest.raises(RuntimeError, match="all 6 runs failed; the first: the disk is full"):
+        lab.run([DEFAULT], (0, 1))
+    monkeypatch.setattr(laboratory, "require_success", lambda _: None)
+    (scored,) = lab.run([DEFAULT], (0, 1))
+    assert len(scored.errors) == 6
+    assert scored.runs.empty
+    assert 4 < scored.score.value <= CAP  # shares of runs that failed are 0, not unknown
+    assert len(summarize([scored])) == 1
