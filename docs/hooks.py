@@ -28,6 +28,8 @@ WINGS = {
     "Benchmark": "crawler_bench.benchmark", "Readings": "crawler_bench.readings",
     "Output": "crawler_bench.output", "Report": "crawler_bench.report",
 }  # fmt: skip
+_SEARCH = 'data-md-component="search" role="dialog"'
+_NOTEBOOK_LINK = re.compile(r'href="(\w+)\.md')
 _LINK = re.compile(r"(!?)\[((?:[^\[\]]|\[[^\]]*\])*)\]\(([^()\s]+)\)")
 
 
@@ -55,6 +57,12 @@ def on_page_markdown(markdown: str, page: Any, **_: Any) -> str:
     """Make links of docs/ fit the site."""
     source = page.file.abs_src_path
     return markdown if source is None or not source.endswith(".md") else _relinked(markdown, Path(source))
+
+
+def on_post_page(output: str, **_: Any) -> str:
+    """Mend what the plugins leave: no name for the search, links of the notebook to Markdown."""
+    output = output.replace(_SEARCH, f'{_SEARCH} aria-label="Search"')
+    return _NOTEBOOK_LINK.sub(r'href="../\1/', output)
 
 
 def on_nav(nav: Navigation, **_: Any) -> Navigation:

@@ -90,7 +90,7 @@ def _fastest(summary: pd.DataFrame) -> list[Fact]:
     speeds = summary[(summary["metric"] == "speed") & (summary["regularization"] == 0) & (summary["n"] > 0)]
     if speeds.empty:
         return []
-    best = speeds.loc[speeds["value"].idxmax()]
+    best = speeds.sort_values("value", kind="stable").iloc[-1]
     chosen = [(f"fastest: {best['agent']}, {best['mode']},", best)]
     for agent, words in _REFERENCES.items():
         chosen += [(words, row) for _, row in speeds[speeds["agent"] == agent].head(1).iterrows()]
