@@ -36,8 +36,8 @@ def go_on(run: Path, habits: tuple[int, int, Path | None], trust: bool, quiet: b
         logger(quiet)(f"{folder} is finished")
     else:
         config, seed, before = read_unfinished(run, trust)
-        save_every, *others = habits
-        kept = Habits(save_every or before.save_every, *others)
+        save_every, eval_every, tensorboard = habits
+        kept = Habits(save_every or before.save_every, eval_every, tensorboard)
         with phase(f"training (seed {seed})", config.decisions, "decisions", quiet) as progress:
             folder = train_long(config, seed, run.parent, kept, progress)
     console.print(str(folder), markup=False, soft_wrap=True)
