@@ -217,15 +217,16 @@ class CrawlerVecEnv(VecEnv):
         Raises:
             AttributeError: if it is another method, or an attribute that is not there or cannot change.
         """
+        if method_name not in ("get_wrapper_attr", "set_wrapper_attr", "has_wrapper_attr"):
+            raise AttributeError(f"a crawler of a batch has no method {method_name!r}")
         chosen = list(self._get_indices(indices))
+        name, *value = method_args
         if method_name == "get_wrapper_attr":
-            return self.get_attr(*method_args, indices=chosen, **method_kwargs)
-        if method_name == "set_wrapper_attr":
-            self.set_attr(*method_args[:2], indices=chosen)
-            return [True] * len(chosen)
+            return self.get_attr(name, chosen)
         if method_name == "has_wrapper_attr":
-            return [self.has_attr(*method_args, **method_kwargs)] * len(chosen)
-        raise AttributeError(f"a crawler of a batch has no method {method_name!r}")
+            return [self.has_attr(name)] * len(chosen)
+        self.set_attr(name, value[0], chosen)
+        return [True] * len(chosen)
 
     def env_is_wrapped(
         self, wrapper_class: type[gym.Wrapper[Any, Any, Any, Any]], indices: VecEnvIndices = None
