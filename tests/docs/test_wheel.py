@@ -83,7 +83,7 @@ def test_a_users_file_is_checked_against_our_types(commands: Path, tmp_path: Pat
     run(*mypy, "good.py", folder=tmp_path)
     complaints = run(*mypy, "bad.py", folder=tmp_path, status=1)
     assert re.findall(r"bad.py:(\d+): error: .*\[(.*)\]", complaints) == [
-        ("12", "assignment"), ("13", "arg-type"),
+        ("11", "assignment"), ("12", "arg-type"),
     ]  # fmt: skip
 
 
