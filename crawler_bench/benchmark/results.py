@@ -29,7 +29,7 @@ from crawler_bench.output import style
 from crawler_bench.output.csv_files import read_csv, rounded, write_csv
 from crawler_bench.runs import store
 from crawler_bench.runs.evaluation import read_evaluation
-from crawler_bench.runs.policy_files import Policy, write_policy
+from crawler_bench.runs.policies.files import Policy, write_policy
 from crawler_bench.runs.results import typical_run
 from crawler_bench.runs.sweep import Outcome
 from crawler_bench.runs.training import agent_file

@@ -7,9 +7,9 @@ import typer
 
 from crawler_bench.cli import benchmark, installation, paper, readings, report, runs, train, verify
 from crawler_bench.cli import watch as watching
-from crawler_bench.cli.errors import exit_code
 from crawler_bench.cli.options import find_modules_here
-from crawler_bench.cli.signals import ended_by_signals
+from crawler_bench.cli.terminal.errors import exit_code
+from crawler_bench.cli.terminal.signals import ended_by_signals
 
 PROGRAM = "crawler-bench"
 

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from crawler_bench.cli import names
-from crawler_bench.cli.console import conclude, console, logger, print_frame, starting
 from crawler_bench.cli.options import (
     RUNS,
     Jobs,
@@ -25,6 +24,7 @@ from crawler_bench.cli.options import (
     resized,
     run_part,
 )
+from crawler_bench.cli.terminal.console import conclude, console, logger, print_frame, starting
 
 if TYPE_CHECKING:
     from crawler_bench.config.schema import Experiment

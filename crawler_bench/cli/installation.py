@@ -8,8 +8,8 @@ import typer
 from rich.table import Table
 
 from crawler_bench.cli import names
-from crawler_bench.cli.console import console, print_json, print_table, starting
 from crawler_bench.cli.options import Json
+from crawler_bench.cli.terminal.console import console, print_json, print_table, starting
 
 SHOWN = {
     "index": "shows the index of the most contracted segment (Discrete)",

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from crawler_bench.cli.console import console, logger, phase, starting
+from crawler_bench.cli.terminal.console import console, logger, phase, starting
 
 SaveEvery = Annotated[
     int, typer.Option(min=0, help="Decisions between two checkpoints (whole rollouts); a kill loses no more.")

@@ -144,7 +144,7 @@ def run_part(cells: "list[Cell]", shard: str, runs: Path, jobs: Any, quiet: bool
     Raises:
         RuntimeError: if runs failed.
     """
-    from crawler_bench.cli.console import conclude, console
+    from crawler_bench.cli.terminal.console import conclude, console
     from crawler_bench.runs.shards import parse_shard, run_shard
 
     outcomes = run_shard(cells, parse_shard(shard), runs, jobs=jobs, quiet=quiet)

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from crawler_bench.cli import names
-from crawler_bench.cli.console import conclude, logger, print_claims, starting
 from crawler_bench.cli.options import (
     RUNS,
     Jobs,
@@ -23,6 +22,7 @@ from crawler_bench.cli.options import (
     resized,
     run_part,
 )
+from crawler_bench.cli.terminal.console import conclude, logger, print_claims, starting
 
 if TYPE_CHECKING:
     from crawler_bench.config.schema import Experiment

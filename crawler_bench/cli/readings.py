@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from crawler_bench.cli.console import conclude, console, logger, phase, print_frame, starting
 from crawler_bench.cli.options import (
     RUNS,
     Jobs,
@@ -23,6 +22,7 @@ from crawler_bench.cli.options import (
     require_ours,
     run_part,
 )
+from crawler_bench.cli.terminal.console import conclude, console, logger, phase, print_frame, starting
 
 if TYPE_CHECKING:
     from crawler_bench.readings.laboratory import Laboratory

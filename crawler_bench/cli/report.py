@@ -6,8 +6,8 @@ from typing import Annotated
 
 import typer
 
-from crawler_bench.cli.console import console, logger
 from crawler_bench.cli.options import Quiet
+from crawler_bench.cli.terminal.console import console, logger
 
 MEGABYTE = 1_000_000
 

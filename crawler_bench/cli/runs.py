@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from crawler_bench.cli import names
-from crawler_bench.cli.console import (
+from crawler_bench.cli.options import Json, Quiet, Set, Trust, evaluation_overrides, require_folder
+from crawler_bench.cli.terminal.console import (
     console,
     logger,
     phase,
@@ -16,7 +17,6 @@ from crawler_bench.cli.console import (
     records,
     starting,
 )
-from crawler_bench.cli.options import Json, Quiet, Set, Trust, evaluation_overrides, require_folder
 
 if TYPE_CHECKING:
     from crawler_bench.runs.results import Measured
@@ -108,7 +108,8 @@ def _measure(path: Path, overrides: dict[str, Any], step: str, trust: bool, quie
     import pandas as pd
 
     from crawler_bench.config.schema import override
-    from crawler_bench.runs import evaluation, policy_files, store
+    from crawler_bench.runs import evaluation, store
+    from crawler_bench.runs.policies import files as policy_files
     from crawler_bench.runs.results import Measured, label
 
     policy = None if path.is_dir() else policy_files.read_policy(path)

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from crawler_bench.cli import names
-from crawler_bench.cli.console import console, logger, phase, starting
 from crawler_bench.cli.long_runs import (
     Continue,
     EvalEvery,
@@ -27,6 +26,7 @@ from crawler_bench.cli.options import (
     require_folder,
     resized,
 )
+from crawler_bench.cli.terminal.console import console, logger, phase, starting
 
 if TYPE_CHECKING:
     from crawler_bench.config.schema import Experiment, RunConfig

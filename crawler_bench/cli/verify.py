@@ -5,8 +5,8 @@ from typing import Annotated
 
 import typer
 
-from crawler_bench.cli.console import console
 from crawler_bench.cli.options import Quiet
+from crawler_bench.cli.terminal.console import console
 
 
 def verify(

@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from crawler_bench.cli import names
-from crawler_bench.cli.console import console, starting
 from crawler_bench.cli.options import Trust
 from crawler_bench.cli.runs import WHAT
+from crawler_bench.cli.terminal.console import console, starting
 
 if TYPE_CHECKING:
     from crawler_bench.runs.live import Live

@@ -21,7 +21,7 @@ from crawler_bench.config.files import config_folder, load_experiment
 from crawler_bench.config.schema import override
 from crawler_bench.gait.metrics import policy_text
 from crawler_bench.runs.evaluation import measure
-from crawler_bench.runs.policy_files import Policy, read_policy, write_policy
+from crawler_bench.runs.policies.files import Policy, read_policy, write_policy
 from crawler_bench.runs.results import typical_row
 
 SHIPPED = Path(__file__).resolve().parents[1] / "policies"

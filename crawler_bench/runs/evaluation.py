@@ -22,10 +22,10 @@ from crawler_bench.gait.record import Record
 from crawler_bench.gait.rollout import rollout
 from crawler_bench.gait.stepwise import Policy, crawl
 from crawler_bench.runs import store
-from crawler_bench.runs.acting import policy_of
 from crawler_bench.runs.folders import checksums, claims
 from crawler_bench.runs.folders.keys import evaluation_key
-from crawler_bench.runs.policy_table import probabilities
+from crawler_bench.runs.policies.acting import policy_of
+from crawler_bench.runs.policies.table import probabilities
 from crawler_bench.runs.training import load_agent
 from crawler_bench.runs.untrusted import require_bounded
 

@@ -13,8 +13,9 @@ from crawler_bench.envs.keyhole_envs import KeyholeEnv
 from crawler_bench.envs.keyholes import INDEX, NOISE
 from crawler_bench.gait.record import Array
 from crawler_bench.gait.stepwise import Policy
-from crawler_bench.runs import policy_files, store
-from crawler_bench.runs.acting import policy_of
+from crawler_bench.runs import store
+from crawler_bench.runs.policies import files as policy_files
+from crawler_bench.runs.policies.acting import policy_of
 from crawler_bench.runs.training import load_agent
 
 RECENT = 200  # decisions over which the speed is taken

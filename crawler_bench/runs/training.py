@@ -16,7 +16,7 @@ from crawler_bench.config.schema import RunConfig
 from crawler_bench.gait.metrics import policy_text
 from crawler_bench.runs import store
 from crawler_bench.runs.agent import Agent, agent_class, is_stable_baselines
-from crawler_bench.runs.policy_table import greedy_policy
+from crawler_bench.runs.policies.table import greedy_policy
 from crawler_bench.runs.untrusted import load_weights, require_trust
 
 Progress = Callable[[float], None] | None

@@ -14,7 +14,8 @@ from crawler_bench.benchmark.results import write_benchmark
 from crawler_bench.benchmark.summary import METRICS, summarize_benchmark
 from crawler_bench.config.schema import ConfigError, Experiment, RunConfig, override
 from crawler_bench.output.csv_files import read_csv, rounded
-from crawler_bench.runs import evaluation, policy_files, store
+from crawler_bench.runs import evaluation, store
+from crawler_bench.runs.policies import files as policy_files
 
 SHORT = {
     "starts": 2, "warm_up": 5, "duration": 40, "settle": 20, "gait": 60, "evaluation.noise": [0, 0.1, 0.4],

@@ -77,7 +77,8 @@ def test_help_on_every_level():
 
 FIRST_NOTES = """
 import sys
-from crawler_bench.cli import console, main
+from crawler_bench.cli import main
+from crawler_bench.cli.terminal import console
 def note(text, *_, **__):
     print(text, [name for name in ("pandas", "numba", "torch") if name in sys.modules])
     sys.exit(7)

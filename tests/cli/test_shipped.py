@@ -7,7 +7,7 @@ import pytest
 
 from crawler_bench.config.files import shipped_policies
 from crawler_bench.report import policies
-from crawler_bench.runs.policy_files import read_policy
+from crawler_bench.runs.policies.files import read_policy
 from tests.cli.command import ROOT, crawler_bench
 
 RESULTS = ROOT / "results"

@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 from crawler_bench import cli
-from crawler_bench.cli import console
 from crawler_bench.cli.options import Preset
+from crawler_bench.cli.terminal import console
 from crawler_bench.cli.train import experiment_to_train
 from crawler_bench.config.files import config_names, find_config, load_experiment
 from tests.cli.command import crawler_bench

@@ -49,7 +49,7 @@ def test_what_was_changed_is_named(results, capsys):
 COMMAND = """
 import sys, time
 from pathlib import Path
-from crawler_bench.cli.signals import ended_by_signals
+from crawler_bench.cli.terminal.signals import ended_by_signals
 from crawler_bench.runs.machines.engines import Workers
 from crawler_bench.runs.machines.workplaces import engine
 from tests.runs.machines.work import sleep
@@ -84,7 +84,7 @@ def test_a_signal_ends_all_workers_and_says_what_goes_on(tmp_path, number):
 
 SWALLOWING = """
 import ctypes, signal, time
-from crawler_bench.cli import signals
+from crawler_bench.cli.terminal import signals
 signals.PATIENCE = 0.2
 with signals.ended_by_signals():
     ctypes.CFUNCTYPE(None)(lambda: signal.raise_signal(signal.SIGTERM))()

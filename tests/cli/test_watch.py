@@ -7,7 +7,7 @@ from crawler_bench.cli import watch
 from crawler_bench.config.schema import RunConfig, override
 from crawler_bench.gait.rollout import rollout
 from crawler_bench.runs.live import KICK, Live, live
-from crawler_bench.runs.policy_files import Policy, write_policy
+from crawler_bench.runs.policies.files import Policy, write_policy
 
 pygame = pytest.importorskip("pygame")
 

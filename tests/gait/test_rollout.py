@@ -9,7 +9,7 @@ import crawler_bench
 from crawler_bench.gait import rollout as module
 from crawler_bench.gait.rollout import rollout
 from crawler_bench.physics.parameters import CrawlerParameters
-from crawler_bench.runs.policy_table import action_table
+from crawler_bench.runs.policies.table import action_table
 
 N = 10
 FIVE = CrawlerParameters(n_segments=5)

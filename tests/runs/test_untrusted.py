@@ -15,7 +15,7 @@ from crawler_bench.runs.agent import agent_class
 from crawler_bench.runs.evaluation import evaluate
 from crawler_bench.runs.live import live
 from crawler_bench.runs.long.running import read_unfinished
-from crawler_bench.runs.policy_table import action_table
+from crawler_bench.runs.policies.table import action_table
 from crawler_bench.runs.untrusted import MOST_UNPACKED, agents_of, inside, require_bounded, require_trust
 from tests.cli.command import complaint, crawler_bench
 from tests.runs.malice import SHORT, Payload, poison, results_of, run_of

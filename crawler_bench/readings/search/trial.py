@@ -20,7 +20,7 @@ from crawler_bench.readings.fields import Value
 from crawler_bench.readings.laboratory import EXPERIMENTS, REGULARIZED, UNREGULARIZED
 from crawler_bench.readings.scoring import Score, score
 from crawler_bench.runs.evaluation import Evaluation, measure
-from crawler_bench.runs.policy_table import action_table
+from crawler_bench.runs.policies.table import action_table
 from crawler_bench.runs.results import Measured, label, tabulate
 from crawler_bench.runs.training import learn
 

@@ -25,9 +25,7 @@ def installed_version(package: str) -> str | None:
 # Of the sources and packages as this process imported them, like KERNEL_HASH.
 _HERE = Path(__file__).parents[1]
 TRAINING_HASH = source_hash(_HERE / "training.py")
-EVALUATION_SOURCES = (
-    _HERE.parent / "gait", _HERE / "acting.py", _HERE / "policy_table.py", _HERE / "evaluation.py",
-)  # fmt: skip
+EVALUATION_SOURCES = (_HERE.parent / "gait", _HERE / "policies", _HERE / "evaluation.py")
 EVALUATION_HASH = source_hash(*EVALUATION_SOURCES)
 VERSIONS = {
     name: installed_version(name) for name in ("numpy", "numba", "gymnasium", "stable-baselines3", "torch")

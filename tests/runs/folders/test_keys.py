@@ -106,7 +106,7 @@ def test_the_versions_of_what_computes_change_the_keys(monkeypatch, package):
 
 def test_the_sources_that_run_and_measure_change_the_keys(monkeypatch):
     measuring = {place.name for place in keys.EVALUATION_SOURCES if place.exists()}
-    assert measuring == {"gait", "acting.py", "evaluation.py", "policy_table.py"}
+    assert measuring == {"gait", "policies", "evaluation.py"}
     for name, key in (
         ("EVALUATION_HASH", lambda: keys.evaluation_key(EvaluationConfig())),
         ("TRAINING_HASH", lambda: keys.training_key(RUN, 0)),

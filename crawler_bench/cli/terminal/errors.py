@@ -7,7 +7,7 @@ from typing import Any
 
 import typer
 
-from crawler_bench.cli.console import notes
+from crawler_bench.cli.terminal.console import notes
 from crawler_bench.config.errors import ConfigError, explain
 
 FAILED, MISUSED, INTERRUPTED = 1, 2, 130  # exit codes

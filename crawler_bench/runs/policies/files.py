@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from crawler_bench.config.schema import RunConfig, build, to_mapping
-from crawler_bench.runs.policy_table import probabilities
+from crawler_bench.runs.policies.table import probabilities
 from crawler_bench.runs.store import NotARunError
 
 LARGEST = 500_000  # bytes of a network's archive that is still shared

@@ -18,9 +18,9 @@ from crawler_bench.envs.keyhole_envs import KeyholeEnv
 from crawler_bench.gait.rollout import begin_crawl, rollout
 from crawler_bench.gait.stepwise import crawl
 from crawler_bench.physics.parameters import CrawlerParameters
-from crawler_bench.runs.acting import Acting, policy_of, remembers
 from crawler_bench.runs.evaluation import evaluate, measure, read_evaluation
-from crawler_bench.runs.policy_table import action_table
+from crawler_bench.runs.policies.acting import Acting, policy_of, remembers
+from crawler_bench.runs.policies.table import action_table
 from crawler_bench.runs.results import summarize
 from crawler_bench.runs.training import train
 

@@ -10,7 +10,7 @@ from crawler_bench.config.errors import ConfigError
 from crawler_bench.envs.keyholes import INDEX, space
 from crawler_bench.gait.record import Array
 from crawler_bench.runs.agent import Agent, ask
-from crawler_bench.runs.policy_table import Mode, action_table
+from crawler_bench.runs.policies.table import Mode, action_table
 
 _MEMORY_ARGUMENTS = ("state", "episode_start")
 

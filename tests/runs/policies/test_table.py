@@ -15,8 +15,8 @@ from crawler_bench.envs.sb3 import CrawlerVecEnv
 from crawler_bench.gait.metrics import speed
 from crawler_bench.gait.rollout import rollout
 from crawler_bench.physics.parameters import CrawlerParameters
-from crawler_bench.runs.policy_files import Policy, read_policy, write_policy
-from crawler_bench.runs.policy_table import DRAWS, action_table, greedy_policy
+from crawler_bench.runs.policies.files import Policy, read_policy, write_policy
+from crawler_bench.runs.policies.table import DRAWS, action_table, greedy_policy
 from crawler_bench.runs.store import NotARunError
 
 N = 10

@@ -1,0 +1,1 @@
+"""What a user sees of a command, and how it ends."""

@@ -1,0 +1,1 @@
+"""The policy of any agent: as a table, as a file, or asked at every decision."""
