@@ -17,6 +17,8 @@ from crawler_bench.runs.machines.workplaces import engine
 from crawler_bench.runs.progress import SweepProgress
 from crawler_bench.runs.training import train
 
+MANY = 3000  # runs; to find out which of them are finished takes seconds
+
 
 @dataclass(frozen=True)
 class Cell:
@@ -131,6 +133,8 @@ def run_cells(
     outcomes: dict[str, Outcome] = {}
     left = list(dict.fromkeys(map(_identity, cells)))
     workers = as_workers(jobs)
+    if len(unique) > MANY:
+        console.print(f"looking for the finished ones of {len(unique):,} runs", soft_wrap=True)
     progress = SweepProgress([(cell.config, cell.seed) for cell in unique.values()], root, workers.processes)
     console.print(progress.plan(), markup=False, soft_wrap=True)
     place = root.resolve() if workers.on else root  # a worker elsewhere may stand in another folder

@@ -42,7 +42,7 @@ def test_what_was_changed_is_named(results, capsys):
     assert (
         f"PROBLEM {results}/runs/one/claims.csv was changed after it was written" in capsys.readouterr().out
     )
-    with pytest.raises(ValueError, match="holds no finished results"):
+    with pytest.raises(ValueError, match="nowhere is no folder"):
         verify.verify(results.parent / "nowhere")
 
 

@@ -6,7 +6,8 @@ from typing import Any
 import pytest
 
 from crawler_bench.report import playground
-from tests.playground.conftest import Visit, without_tools
+from tests.browser import without_tools
+from tests.playground.conftest import Visit
 
 NIGHT, NARROW = {"color_scheme": "dark"}, {"viewport": {"width": 390, "height": 844}}
 SPIKES = """(neuron) => { const lane = page.lanes[0]; lane.advance(60, 0);

@@ -4,7 +4,6 @@ import pytest
 
 from crawler_bench.report.page.folders import find_folders
 from crawler_bench.report.page.write import write_report
-from tests.playground.conftest import browser  # noqa: F401  (a fixture)
 from tests.report.test_blocks import ROOT
 
 

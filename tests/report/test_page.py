@@ -4,7 +4,7 @@ from typing import Any
 
 import pytest
 
-from tests.playground.conftest import without_tools
+from tests.browser import without_tools
 
 WIDE, NARROW, NIGHT = (
     {"viewport": {"width": 1280, "height": 900}},

@@ -14,7 +14,7 @@ import pandas as pd
 import pytest
 
 from crawler_bench.config.schema import RunConfig, override
-from crawler_bench.runs import evaluation, store, training
+from crawler_bench.runs import evaluation, store, sweep, training
 from crawler_bench.runs.folders import checksums, claims
 from crawler_bench.runs.results import read_outcomes
 from crawler_bench.runs.sweep import Cell, run_cells
@@ -77,6 +77,14 @@ def test_finished_cells_are_only_looked_up(finished, monkeypatch):
     again = run_cells(CELLS, root, jobs=1, quiet=True)
     assert again == outcomes
     assert manifests(root) == before
+
+
+def test_many_runs_are_looked_for_aloud(finished, monkeypatch, capsys):
+    monkeypatch.setattr(sweep, "MANY", len(CELLS) - 1)
+    run_cells(CELLS, finished[0], jobs=1)
+    said = capsys.readouterr().err.splitlines()
+    assert said[0] == f"looking for the finished ones of {len(CELLS)} runs"
+    assert said[1].startswith(f"{len(CELLS)} runs in ")
 
 
 def test_another_evaluation_does_not_train_again(finished, monkeypatch):
