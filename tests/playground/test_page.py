@@ -174,7 +174,7 @@ def test_nothing_moves_unasked_for_those_who_want_less_motion(visit: Visit) -> N
     visit.page.wait_for_function("page.lanes[0].time > 0")
 
 
-@pytest.mark.parametrize("visit", [{}, NIGHT, NARROW, NIGHT | NARROW], indirect=True)
+@pytest.mark.parametrize("visit", [{}, NIGHT | NARROW], indirect=True)
 def test_nobody_is_kept_out(visit: Visit) -> None:
     try:
         from axe_playwright_python.sync_playwright import Axe
