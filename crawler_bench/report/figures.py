@@ -148,8 +148,8 @@ FIGURES = {
         "crawler_bench/readings/search/figures.py:front", ("trials.csv", "finals.csv"),
     ),
     "search/trapping": Figure(
-        "Where random action is slow, learning is trapped",
-        "Share of runs that end on the diagonal against the speed of random action, one dot per reading.",
+        "Slow random action and the wiring, in one reading",
+        "Share of runs that end on the diagonal against the speed of random action; one dot per trial run to its end.",
         "crawler_bench/readings/search/figures.py:trapping", ("trials.csv", "again.csv", "finals.csv"),
     ),
     "speed/history": Figure(

@@ -19,7 +19,7 @@ def front(trials: pd.DataFrame, finals: pd.DataFrame) -> Figure:
         trials: one row per trial, see `search.row`.
         finals: one row per finalist, the chosen one first.
     """
-    figure = new_figure(7, 4.5, "What can be told with how many constants of our own")
+    figure = new_figure(7, 4.5, "How close a reading gets with how few free constants")
     axes: Axes = figure.subplots()
     done = trials[trials["stopped"].fillna("") == ""]
     spread = np.random.default_rng(0).uniform(-0.25, 0.25, len(done))
