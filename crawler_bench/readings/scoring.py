@@ -21,7 +21,7 @@ gait: a rule without them misses the point of the paper.
   in every resample.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import astuple, dataclass, replace
 from typing import Any
 
@@ -148,15 +148,22 @@ def total(distances: dict[str, float]) -> float:
     return float(np.mean([np.mean([distances[name] for name in names]) for names in GROUPS.values()]))
 
 
-def score(results: Results, seeds: Sequence[int], resamples: int = RESAMPLES) -> Score:
+def score(
+    results: Results,
+    seeds: Sequence[int],
+    resamples: int = RESAMPLES,
+    fewer: Mapping[str, Sequence[int]] | None = None,
+) -> Score:
     """Score one reading.
 
     Args:
         results: runs and evaluations of the experiments regularized, unregularized and untrained.
         seeds: of the training runs, failed ones too.
         resamples: of the training runs, for the interval; 0 gives none.
+        fewer: by experiment, its seeds where it was run with some of these only; what was never run is no
+            failure.
     """
-    whole = _Resampled(results.runs, results.evaluations, seeds, np.arange(len(seeds)), {})
+    whole = _Resampled(results.runs, results.evaluations, seeds, np.arange(len(seeds)), {}, fewer or {})
     measured = {claim.name: claim.measure(whole) for claim in CLAIMS if claim.name != "alpha_gamma"}
     rng = np.random.default_rng(_SEED)
     draws = np.sort(rng.integers(len(seeds), size=(resamples, len(seeds))), axis=1)
@@ -192,18 +199,25 @@ class _Resampled(Results):
         chosen: (S,) indices of seeds.
         columns: by experiment and column over all seeds, shared by all resamples so that each is looked up
             once.
+        fewer: by experiment, its seeds where it was run with some of these only.
     """
 
     seeds: Sequence[int]
     chosen: NDArray[np.int64]
     columns: dict[tuple[str, str], Any]
+    fewer: Mapping[str, Sequence[int]]
 
     def of(self, experiment: str, column: str) -> pd.Series:
         if (experiment, column) not in self.columns:
             known = column in self.runs and (self.runs["experiment"] == experiment).any()
             values = super().of(experiment, column) if known else pd.Series(dtype=np.float64)
             self.columns[experiment, column] = values.reindex(list(self.seeds)).to_numpy(np.float64)
-        return pd.Series(self.columns[experiment, column][self.chosen])
+        return pd.Series(self.columns[experiment, column][self.chosen])[self._run(experiment)]
+
+    def _run(self, experiment: str) -> NDArray[np.bool_]:
+        """(S,) whether the experiment was run with each of the chosen seeds."""
+        seeds = np.array(self.seeds)[self.chosen]
+        return np.isin(seeds, list(self.fewer.get(experiment, self.seeds)))
 
     def noisy_speed(self, experiment: str) -> pd.DataFrame:
         key = experiment, "noisy_speed"
@@ -211,7 +225,7 @@ class _Resampled(Results):
             known = pd.DataFrame() if self.evaluations.empty else super().noisy_speed(experiment)
             self.columns[key] = known.reindex(list(self.seeds))
         speeds: pd.DataFrame = self.columns[key]
-        return speeds.take(self.chosen.tolist()).reset_index(drop=True)
+        return speeds.take(self.chosen.tolist()).reset_index(drop=True)[self._run(experiment)]
 
 
 def rank(summary: pd.DataFrame) -> pd.DataFrame:

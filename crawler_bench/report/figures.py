@@ -149,7 +149,7 @@ FIGURES = {
     ),
     "search/trapping": Figure(
         "Slow random action and the wiring, in one reading",
-        "Share of runs that end on the diagonal against the speed of random action; one dot per trial run to its end.",
+        "Share of runs that end on the diagonal against the speed of random action, trial by trial.",
         "crawler_bench/readings/search/figures.py:trapping", ("trials.csv", "again.csv", "finals.csv"),
     ),
     "speed/history": Figure(

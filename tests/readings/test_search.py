@@ -88,6 +88,15 @@ def test_a_trial_runs_the_other_gaits_with_fewer_seeds(bases):
     assert runs.groupby("experiment").size().to_dict() == {REGULARIZED: 2, UNREGULARIZED: 1, UNTRAINED: 1}
 
 
+def test_what_a_trial_never_runs_is_no_failure(bases):
+    trial = try_reading(LEADS[1], bases, (0, 1, 2), fewest=(), paired=1)
+    alone = try_reading(LEADS[1], bases, (0,), fewest=(), paired=1)
+    of, of_one = (each.score.claims.set_index("claim") for each in (trial, alone))
+    for claim in ("unused_muscles", "pairs", "loses_speed", "uncoordinated"):
+        assert of.loc[claim, ["ours", "n"]].tolist() == of_one.loc[claim, ["ours", "n"]].tolist()
+    assert of.loc["nearest_neighbour", "n"] == 3
+
+
 def test_finalists_are_ordered_by_failures_constants_and_score():
     finals = rows(
         ("fails two", True, 1, 0.1, 0.1, "", "wave faster"), ("seven", True, 7, 0.2, 0.2, "", ""),

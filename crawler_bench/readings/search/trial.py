@@ -119,13 +119,15 @@ def try_reading(
         measured_with: what is changed after the training, by dotted key.
     """
     bench = _Bench(reading, bases, dict(measured_with or {}))
-    stopped = ""
-    for reason in _stages(bench, seeds, seeds if patient else seeds[:paired], fewest):
+    stopped, others = "", seeds if patient else seeds[:paired]
+    for reason in _stages(bench, seeds, others, fewest):
         if reason and not patient:
             stopped = reason
             break
     runs, evaluations, _ = tabulate(bench.measured(quick=bool(stopped)))
-    found = score(Results(runs, evaluations), seeds, resamples=0)
+    found = score(
+        Results(runs, evaluations), seeds, resamples=0, fewer={UNREGULARIZED: others, UNTRAINED: others}
+    )
     return Trial(reading, found, runs, stopped, float(np.mean([*bench.wave_off.values()])))
 
 
