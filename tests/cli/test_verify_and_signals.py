@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from crawler_bench.cli import verify
-from crawler_bench.runs.folders.checksums import seal
+from crawler_bench.runs.folders.checksums import damage, seal
 from tests.runs.machines.work import running
 
 ROOT = Path(verify.__file__).parents[2]
@@ -33,6 +33,11 @@ def test_a_sound_folder_is_verified(results, capsys):
     said = capsys.readouterr().out
     assert "2 folders are as they were written" in said
     assert "added since: notes.txt" in said
+
+
+@pytest.mark.parametrize("name", ["paper", "benchmark", "readings", "search"])
+def test_what_is_committed_is_as_it_was_written(name):
+    assert damage(ROOT / "results" / name, name) == ""
 
 
 def test_what_was_changed_is_named(results, capsys):

@@ -147,15 +147,17 @@ def test_a_hundred_thousand_decisions_in_a_second(visit: Visit) -> None:
 
 
 def test_live_learning_reaches_the_diagonal(visit: Visit) -> None:
-    """With the default settings; 15 of 16 seeds ended on it in a trial, so one of three may miss it."""
-    learned = []
-    for seed in range(3):
+    """With the default settings; 15 of 16 seeds ended on it in a trial, so four of six may miss it."""
+    learned: list[str] = []
+    for seed in range(6):
         visit.run("(seed) => { forget(); page.random = seededRandom(seed); }", seed)
         visit.page.locator("#learn-here").click()
         visit.page.wait_for_function("page.learner.decisions >= 800000", timeout=120_000)
         visit.page.locator("#learn-here").click()
         learned.append(visit.digits)
-    assert learned.count("0123456789") >= 2
+        if learned.count("0123456789") == 2:
+            return
+    pytest.fail(f"learned {learned}")
 
 
 def test_what_is_seen_is_what_learns_at_the_slowest_pace(visit: Visit) -> None:
