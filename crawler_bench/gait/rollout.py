@@ -112,16 +112,22 @@ def _crawl(
     action, acted_on, held = 0, -1, 0
     for t in range(actions.size):
         if observation != acted_on or held >= hold:
-            row = cumulative[observation]
-            drawn, action = random(policy_rng) * row[-1], 0
-            while action < row.size - 1 and row[action] <= drawn:  # any table: an index never leaves its row
-                action += 1
+            action = draw(cumulative[observation], policy_rng)
             acted_on, held = observation, 0
         observation = decide(memory, action, task, noise_rng).observation
         held += 1
         actions[t] = action
         _sample(memory, task, samples[t + 1])
     return observation
+
+
+@inner_kernel
+def draw(cumulative: Array, rng: State) -> int:
+    """Draw an action from (N,) cumulative probabilities; whatever they are, it is one of 0 to N - 1."""
+    drawn, action = random(rng) * cumulative[-1], 0
+    while action < cumulative.size - 1 and cumulative[action] <= drawn:
+        action += 1
+    return action
 
 
 @inner_kernel

@@ -61,25 +61,14 @@ def crawl(
     Returns:
         One record per crawl.
     """
-    if parameters.intervals_per_decision == 1:
-        return _crawl(parameters, policy, keyhole, warm_up, duration, noise, starts)
-    singles = zip(noise, starts, strict=True)
-    return [
-        record
-        for level, start in singles
-        for record in _crawl(parameters, policy, keyhole, warm_up, duration, [level], [start])
-    ]
-
-
-def _crawl(
-    parameters: CrawlerParameters,
-    policy: Policy,
-    keyhole: str,
-    warm_up: float,
-    duration: float,
-    noise: Sequence[float],
-    starts: Sequence[tuple[int, ...]],
-) -> list[Record]:
+    if parameters.intervals_per_decision > 1 and len(starts) > 1:
+        return [
+            record
+            for level, start in zip(noise, starts, strict=True)
+            for record in crawl(
+                parameters, policy, keyhole, warm_up=warm_up, duration=duration, noise=[level], starts=[start]
+            )
+        ]
     batch = _begin(parameters, keyhole, warm_up, noise, starts)
     steps, hold = round(duration / parameters.decision_interval), parameters.intervals_per_decision
     samples = np.empty((len(starts), steps + 1, len(SAMPLED), parameters.n_segments + 1))

@@ -5,8 +5,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from crawler_bench.envs.randomness import State, random
+from crawler_bench.envs.randomness import State
 from crawler_bench.envs.transition import Packed, decide
+from crawler_bench.gait.rollout import draw
 from crawler_bench.physics.compiled import inner_kernel
 from crawler_bench.physics.state import Array, Memory
 
@@ -51,10 +52,7 @@ def follow(
     total, action, acted_on, held = 0.0, 0, -1, 0
     for _ in range(steps):
         if observation != acted_on or held >= hold:
-            row = cumulative[observation]
-            drawn, action = random(policy_rng) * row[-1], 0
-            while action < row.size - 1 and row[action] <= drawn:
-                action += 1
+            action = draw(cumulative[observation], policy_rng)
             acted_on, held = observation, 0
             visited[observation] = True
         made = decide(memory, action, task, noise_rng)
