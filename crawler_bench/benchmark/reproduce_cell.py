@@ -44,7 +44,8 @@ def reproduce(
     row, of_run = _find(hash_, summary, runs)
     path = inside(folder, "entries", f"{row['agent']}.yaml")
     entry = load_experiment(path)
-    require_trust(agents_of(entry), path, agents_of(entry) if trust else ())
+    if not trust:
+        require_trust(agents_of(entry), path)
     run = override(entry.run, {"regularization": row["regularization"]}, entry.name)
     key = {name: row[name] for name in GROUP}
     finished = select(runs, **key)["seed"]  # not the seeds that failed

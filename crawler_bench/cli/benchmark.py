@@ -183,7 +183,8 @@ def tune(
 
     path = find_config(f"tuning/{agent}" if agent in names.searches() else agent)
     tuning = load_tuning(path)
-    require_trust(agents_of(tuning), path, agents_of(tuning) if trust else ())
+    if not trust:
+        require_trust(agents_of(tuning), path)
     tuning = resized(tuning, "tuning", preset, set_)
     changed = "-changed" if set_ else "" if preset is Preset.paper else "-smoke"
     out = out or Path(f"results/tuning{changed}")
@@ -241,7 +242,8 @@ def _read(path: Path, budget: dict[str, Any], trust: bool) -> "Experiment":
     from crawler_bench.runs.untrusted import agents_of, require_trust
 
     entry = load_experiment(path, budget)
-    require_trust(agents_of(entry), path, agents_of(entry) if trust else ())
+    if not trust:
+        require_trust(agents_of(entry), path)
     return entry
 
 

@@ -4,6 +4,7 @@ from typing import Any
 
 import gymnasium as gym
 import numpy as np
+import pandas as pd
 import pytest
 import torch
 from sb3_contrib import RecurrentPPO
@@ -214,7 +215,7 @@ def test_a_run_of_an_agent_with_a_memory_has_no_digits(tmp_path, mode, monkeypat
     folder = train(run, 0, tmp_path)
     found = read_evaluation(evaluate(folder, trusted=[run.agent]))
     assert found.table.shape == (0, N)
-    row = summarize(found, __import__("pandas").read_csv(folder / "learning.csv"))
+    row = summarize(found, pd.read_csv(folder / "learning.csv"))
     assert row["policy"] == ""
     assert np.isnan(row["off_diagonal"])
     assert row["gradient_updates"] == 2
