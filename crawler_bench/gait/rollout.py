@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from crawler_bench.envs.randomness import State, live_state, random
 from crawler_bench.envs.transition import Packed, begin, decide, make_task, report
 from crawler_bench.gait.record import Array, Record
-from crawler_bench.physics.compiled import inner_kernel
+from crawler_bench.physics.compiled import inline_kernel, inner_kernel
 from crawler_bench.physics.parameters import CrawlerParameters
 from crawler_bench.physics.state import Memory, make_memory, parts
 
@@ -121,7 +121,7 @@ def _crawl(
     return observation
 
 
-@inner_kernel
+@inline_kernel
 def draw(cumulative: Array, rng: State) -> int:
     """Draw an action from (N,) cumulative probabilities; whatever they are, it is one of 0 to N - 1."""
     drawn, action = random(rng) * cumulative[-1], 0
