@@ -1,6 +1,7 @@
 """The commands that compare agents: benchmark, reproduce-cell, tune."""
 
 import time
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -24,7 +25,7 @@ from crawler_bench.cli.options import (
     resized,
     run_part,
 )
-from crawler_bench.cli.terminal.console import conclude, console, logger, print_frame, starting
+from crawler_bench.cli.terminal.console import conclude, console, logger, phase, print_frame, starting
 
 if TYPE_CHECKING:
     from crawler_bench.config.schema import Experiment
@@ -98,7 +99,10 @@ def benchmark(
     if (not is_changed) if ceilings is None else ceilings:
         effort = SMOKE if preset is Preset.smoke else FULL
         levels = sorted({run.environment.regularization for entry in entries for run, _ in entry.runs()})
-        known = find_ceilings(entries[0].run, levels, runs, effort, jobs=workers.processes, say=logger(quiet))
+        known = find_ceilings(
+            entries[0].run, levels, runs, effort, jobs=workers.processes, say=logger(quiet),
+            phase=partial(phase, quiet=quiet),
+        )  # fmt: skip
     found = run_benchmark(entries, runs, jobs=workers, quiet=quiet)
     others = find_recorded(runs, entries[0].run) if runs != RUNS else []
     if others:
@@ -130,7 +134,9 @@ def certify(
         from crawler_bench.benchmark.ceilings.ceilings import certificates
         from crawler_bench.config.files import load_experiment
         from crawler_bench.output.csv_files import read_csv
-    made = certificates(read_csv(results / "ceilings.csv"), load_experiment(entries[0]).run, jobs=jobs)
+    made = certificates(
+        read_csv(results / "ceilings.csv"), load_experiment(entries[0]).run, jobs=jobs, phase=phase
+    )
     print_frame(made)
     if not made["holds"].all():
         raise RuntimeError(f"{(~made['holds']).sum()} of {len(made)} tables can be improved")

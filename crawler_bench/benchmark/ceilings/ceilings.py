@@ -20,6 +20,7 @@ from crawler_bench.config.schema import RunConfig, to_mapping
 from crawler_bench.gait.metrics import policy_text
 from crawler_bench.physics.compiled import KERNEL_HASH, source_hash
 from crawler_bench.runs import store
+from crawler_bench.runs.phases import Phase, unseen
 
 RANDOM, TABLE, STOCHASTIC, STATE, TREE = KINDS = ("random", "table", "stochastic table", "state", "tree")
 NOISE = 0.1  # s of the ceilings with noise
@@ -56,6 +57,7 @@ def find_ceilings(
     *,
     jobs: int,
     say: Callable[[str], None],
+    phase: Phase = unseen,
 ) -> pd.DataFrame:
     """Search for all ceilings, unless it has been done.
 
@@ -66,6 +68,7 @@ def find_ceilings(
         effort: how hard to search.
         jobs: parallel processes; 0 is one per core.
         say: is told what is searched.
+        phase: shows how far the search is.
 
     Returns:
         One row per regularization, noise (0 and NOISE) and kind: regularization, noise, kind, reward (L per
@@ -78,9 +81,9 @@ def find_ceilings(
         started = time.monotonic()
         pairs = list(itertools.product(regularizations, (0.0, NOISE)))
         say(f"searching for ceilings: {effort.climbs} climbs for each of {len(pairs)} objectives")
-        workers = Parallel(n_jobs=jobs or -1)
-        rows = workers(delayed(_search)(objective_of(run, *pair), effort) for pair in pairs)
-        frame = pd.DataFrame([row for found in rows for row in found], columns=COLUMNS)
+        tasks = [delayed(_search)(objective_of(run, *pair), effort) for pair in pairs]
+        found = _shown(tasks, jobs, phase, "searching for the best policies", "objectives")
+        frame = pd.DataFrame([row for rows in found for row in rows], columns=COLUMNS)
         frame.to_csv(draft / "ceilings.csv", index=False)
         store.write_manifest(draft, started, effort=asdict(effort))
 
@@ -93,34 +96,38 @@ def objective_of(run: RunConfig, regularization: float, noise: float) -> Objecti
     return Objective(run.parameters, run.evaluation, regularization, noise)
 
 
-def certificates(ceilings: pd.DataFrame, run: RunConfig, *, jobs: int) -> pd.DataFrame:
+def certificates(ceilings: pd.DataFrame, run: RunConfig, *, jobs: int, phase: Phase = unseen) -> pd.DataFrame:
     """Certify the best tables of `find_ceilings` again.
 
     Returns:
         One row per regularization and noise: these, policy, worth, visited, changes, measured, best_change,
         holds.
     """
-    tables = ceilings[ceilings["kind"] == TABLE]
-    wanted = [
-        (
-            row["regularization"],
-            row["noise"],
-            row["policy"],
+    tables = ceilings[ceilings["kind"] == TABLE].to_dict("records")
+    tasks = [
+        delayed(certify)(
+            objective_of(run, row["regularization"], row["noise"]),
             np.array([int(digit, 36) for digit in row["policy"]]),
         )
-        for row in tables.to_dict("records")
+        for row in tables
     ]
-    workers = Parallel(n_jobs=jobs or -1)
-    made: list[Certificate] = workers(
-        delayed(certify)(objective_of(run, regularization, noise), policy)
-        for regularization, noise, _, policy in wanted
-    )
+    made: list[Certificate] = _shown(tasks, jobs, phase, "certifying", "tables")
     return pd.DataFrame([
-        {"regularization": regularization, "noise": noise, "policy": text}
+        {name: row[name] for name in ("regularization", "noise", "policy")}
         | asdict(certificate)
         | {"holds": certificate.holds}
-        for (regularization, noise, text, _), certificate in zip(wanted, made, strict=True)
+        for row, certificate in zip(tables, made, strict=True)
     ])  # fmt: skip
+
+
+def _shown(tasks: list[Any], jobs: int, phase: Phase, name: str, unit: str) -> list[Any]:
+    """What the tasks return, in their order, while `phase` shows how many are done."""
+    found = []
+    with phase(name, len(tasks), unit) as advance:
+        for each in Parallel(n_jobs=jobs or -1, return_as="generator")(tasks):
+            found.append(each)
+            advance(len(found))
+    return found
 
 
 def _search(objective: Objective, effort: Effort) -> list[tuple[Any, ...]]:

@@ -16,10 +16,10 @@ from crawler_bench.readings.search.freeing import freeing
 from crawler_bench.readings.search.holding import FURTHER, holding
 from crawler_bench.readings.search.leads import LEADS
 from crawler_bench.readings.search.off_diagonal import off_diagonal
-from crawler_bench.readings.search.progress import Phase, unseen
 from crawler_bench.readings.search.rounds import best, ordered_finals, run_again, run_trials
 from crawler_bench.readings.sizes import Size
 from crawler_bench.runs import store
+from crawler_bench.runs.phases import Phase, unseen
 
 LEAST = 0.7  # share of the runs that has to find the wiring for a reading to be measured whole again
 STAGES = ("trials", "again", "finals")

@@ -19,7 +19,7 @@ from crawler_bench.physics.parameters import CHOICES
 from crawler_bench.readings.catalogue import Reading
 from crawler_bench.readings.fields import Value
 from crawler_bench.readings.laboratory import REGULARIZED
-from crawler_bench.readings.search.progress import Phase, unseen
+from crawler_bench.runs.phases import Phase, unseen
 from crawler_bench.runs.training import learn
 from crawler_bench.statistics import estimates
 

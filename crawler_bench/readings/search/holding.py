@@ -12,9 +12,9 @@ from crawler_bench.config.schema import RunConfig
 from crawler_bench.readings.catalogue import Reading
 from crawler_bench.readings.fields import Value
 from crawler_bench.readings.laboratory import REGULARIZED
-from crawler_bench.readings.search.progress import Phase, unseen
 from crawler_bench.readings.search.rounds import row
 from crawler_bench.readings.search.trial import try_reading
+from crawler_bench.runs.phases import Phase, unseen
 
 TIME_LIMIT = 4000.0  # tau: the environment's own, which the paper does not have
 FURTHER = 10  # seeds drawn at random

@@ -16,8 +16,8 @@ from crawler_bench.config.schema import RunConfig
 from crawler_bench.gait import metrics
 from crawler_bench.readings.catalogue import Reading
 from crawler_bench.readings.laboratory import REGULARIZED
-from crawler_bench.readings.search.progress import Phase, unseen
 from crawler_bench.runs.evaluation import Evaluation, measure
+from crawler_bench.runs.phases import Phase, unseen
 from crawler_bench.runs.training import learn
 
 MORE = 2  # times the decisions of a run for which a trapped learner goes on

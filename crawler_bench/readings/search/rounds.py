@@ -39,9 +39,9 @@ from crawler_bench.paper.verdicts import Verdict, judge
 from crawler_bench.readings.catalogue import Reading
 from crawler_bench.readings.laboratory import REGULARIZED, UNREGULARIZED
 from crawler_bench.readings.scoring import CAP, CORE, NUMBER_TOLERANCE, PRINTED, SCALE
-from crawler_bench.readings.search.progress import Phase, unseen
 from crawler_bench.readings.search.space import draw, proposal
 from crawler_bench.readings.search.trial import UNTRAINED, Trial, try_reading
+from crawler_bench.runs.phases import Phase, unseen
 from crawler_bench.statistics.estimates import Estimate
 
 STUDY = "readings"

@@ -1,6 +1,7 @@
 """The best known tables: searched, certified, and above everything that is not them."""
 
 import itertools
+from contextlib import contextmanager
 
 import numpy as np
 import pandas as pd
@@ -100,7 +101,20 @@ def test_looking_ahead_is_no_worse_than_the_table_it_follows():
 def found(tmp_path_factory):
     root = tmp_path_factory.mktemp("ceilings")
     said: list[str] = []
-    return root, find_ceilings(RUN, [0.0, 0.01], root, SMOKE, jobs=1, say=said.append), said
+    found = find_ceilings(RUN, [0.0, 0.01], root, SMOKE, jobs=1, say=said.append)
+    return root, found, said
+
+
+def test_it_is_shown_how_many_tables_are_certified(found):
+    seen: list[object] = []
+
+    @contextmanager
+    def phase(*words):
+        seen.append(words)
+        yield seen.append
+
+    certificates(found[1], RUN, jobs=1, phase=phase)
+    assert seen == [("certifying", 4, "tables"), 1, 2, 3, 4]
 
 
 def test_all_ceilings_are_in_order_and_kept(found, monkeypatch):

@@ -1,4 +1,4 @@
-"""How a part of the search says how far it is: the command line shows a bar, a test or a script nothing."""
+"""How a part of long work says how far it is: the command line shows a bar, a test or a script nothing."""
 
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager
